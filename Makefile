@@ -1,0 +1,65 @@
+# wiggly: see `make help`. One file, GNU make, no configure; objects in build/$(BOARD)/.
+BOARD ?= host
+B := build/$(BOARD)
+include boards/$(BOARD)/board.mk
+
+# ---- flags: the same for every board ------------------------------------------------------------
+MEM    ?= near
+STD    := -std=c99 -pedantic -ffp-contract=off
+WARN   := -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion -Wmissing-prototypes -Wvla
+WARN   += $(if $(WERROR),-Werror)
+OPT    ?= -Os
+CC     := $(CROSS)gcc
+AR     := $(CROSS)ar
+CFLAGS += $(STD) $(WARN) $(OPT) $(CPU) -g -MMD -MP -ffunction-sections -fdata-sections
+PURE_I := -Iinclude -Ifirmware/player/mem/$(MEM)
+
+PLAYER := $(patsubst %.c,$B/%.o,$(wildcard firmware/player/*.c))
+DEVICE := $(patsubst %.c,$B/%.o,$(wildcard firmware/device/*.c))
+
+.PHONY: all player bake test check demo run clean help setup sizes pure format
+all: player device ## the player and device libraries for BOARD, with nothing but a C99 compiler
+player: $B/libplayer.a ## libplayer.a for BOARD
+device: $B/libdevice.a
+
+$B/libplayer.a: $(PLAYER)
+$B/libdevice.a: $(DEVICE)
+$B/%.a:
+	@mkdir -p $(@D)
+	$(AR) rcs $@ $^
+# rows 1 and 2 of the module table: no -Ihal here, so a forbidden include does not compile
+$B/firmware/player/%.o: firmware/player/%.c
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $(PURE_I) -c $< -o $@
+$B/firmware/device/%.o: firmware/device/%.c
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $(PURE_I) -Ifirmware/player -c $< -o $@
+
+# ---- the baker (host only) ----------------------------------------------------------------------
+BAKE_LIBS := -lassimp -lcyaml -lyaml -llapacke -lopenblas -lpng -lm
+BAKE      := $(patsubst %.c,build/bake/%.o,$(wildcard host-bake/*.c))
+BAKE_CF   := -std=c11 -D_POSIX_C_SOURCE=200809L $(WARN) -O2 -g -ffp-contract=off -MMD -MP $(PURE_I) -Ihost-bake
+bake: build/wiggly ## the host baker, build/wiggly
+build/bake/%.o: %.c
+	@mkdir -p $(@D)
+	gcc $(BAKE_CF) -c $< -o $@
+build/libbake.a: $(filter-out %/main.o,$(BAKE))
+	rm -f $@; ar rcs $@ $^
+build/wiggly: build/bake/host-bake/main.o build/libbake.a build/host/libplayer.a build/host/libdevice.a
+	gcc -o $@ $^ $(BAKE_LIBS)
+
+# ---- tests --------------------------------------------------------------------------------------
+build/tests/test_bake_%: tests/test_bake_%.c build/libbake.a build/host/libplayer.a build/host/libdevice.a
+	@mkdir -p $(@D)
+	gcc $(BAKE_CF) -Itests -Ifirmware/player -Ifirmware/device $< -o $@ $(filter %.a,$^) $(BAKE_LIBS)
+build/tests/test_%: tests/test_%.c build/host/libplayer.a build/host/libdevice.a
+	@mkdir -p $(@D)
+	gcc $(STD) $(WARN) -O1 -g -MMD -MP $(PURE_I) -Itests -Ifirmware/player -Ifirmware/device $< -o $@ \
+	    build/host/libdevice.a build/host/libplayer.a -lm
+
+clean: ## removes build/
+	rm -rf build
+help: ## this list
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+-include $(shell find build -name '*.d' 2>/dev/null)

@@ -1,0 +1,4 @@
+# The port to copy: see hal/null/hal.c. Builds with the host's compiler. SPDX-License-Identifier: MIT
+CROSS    :=
+HAL      := null
+EMULATOR := @IMAGE@

@@ -1,0 +1,11 @@
+/* SiFive E as emulated. Source: SiFive FE310-G000 Manual v3p2; mtime rate measured.
+ * SPDX-License-Identifier: MIT */
+#ifndef BOARD_H
+#define BOARD_H
+
+#define BOARD_CLOCK_HZ 16000000u
+#define BOARD_MTIME_HZ 10000000u /* the chip itself has 32768 */
+#define BOARD_LOG_BAUD 115200u
+#define BOARD_BUS_BAUD 57600u
+
+#endif

@@ -1,0 +1,147 @@
+/* The scene file as plain arrays: what a person wrote, in their units, checked against the schema.
+ * docs: README "The scene file". Strings and arrays belong to the scene.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#ifndef BAKE_SCENE_H
+#define BAKE_SCENE_H
+
+#include "bake.h"
+#include "spline.h"
+
+/* sources: - {name: walk, file: walk.bvh}          path relative to the scene file
+ * format by ending: .csv = columns, anything else goes through Assimp. animation: index, default 0. */
+typedef struct {
+    char *name, *file; /* file: as the baker opens it */
+    int animation;
+} scene_source;
+
+/* channels: - {name: jaw, unit: deg, rest: 0, tolerance: 0.05, range: [-30, 30]}
+ * unit: none|deg|us|mm. tolerance in that unit; 0 = 2^-13 of the channel's range over its curves. */
+typedef struct {
+    char *name;
+    int unit; /* WG_UNIT_* */
+    double rest, tolerance;
+    double range[2]; /* rest and every key's value lie inside; both 0 = not given */
+} scene_channel;
+
+typedef enum { CURVE_HELD, CURVE_LINEAR, CURVE_CUBIC, CURVE_BSPLINE, CURVE_WIGGLY, CURVE_CAPTURED } scene_curve_kind;
+
+/* One channel's motion in one clip.
+ * keyed:    {channel: jaw, kind: wiggly, frequency: 2, damping: 0.1, keys: [...], start: {velocity: 0}, end: free}
+ *           or lambda/delta instead of frequency/damping; force: g; regularise: [alpha, beta, gamma]
+ *           lambda = (2 pi frequency)^2, delta = damping 2 pi frequency.
+ * captured: {channel: hip, kind: captured, source: walk, node: LeftUpLeg, axis: x | [x, y, z], ...}  joint rotation
+ *           or {..., source: log, column: 3 | name}                                               CSV column
+ *           scale, offset: value = scale raw + offset. from, to: part of the source [s]. */
+typedef struct {
+    int line; /* of the scene file, for messages */
+    int channel;
+    scene_curve_kind kind;
+    bake_mode mode;
+    bake_end end[2];
+    double end_value[2];
+    double regularise[3];
+    int key_count;
+    bake_key *keys;
+    int source; /* CURVE_CAPTURED, else -1 */
+    char *node, *column;
+    double axis[3];
+    double scale, offset;
+    double from, to; /* to = 0: all */
+} scene_curve;
+
+typedef struct {
+    double time;
+    int id; /* index into scene.event_names */
+} scene_event;
+
+/* clips: - {name: nod, duration: 4, end: hold|loop|pingpong, additive: false, events: [{time, name}], curves: [...]}
+ * duration 0 = the longest curve. loop + a keyed curve that says `periodic: true` gets periodic ends.
+ * additive: values are differences from the channel's rest, and are what the keys say. */
+typedef struct {
+    char *name;
+    int line;
+    double duration;
+    int end; /* WG_END_* */
+    int event_count, curve_count;
+    scene_event *events; /* ascending */
+    scene_curve *curves; /* ascending channel, at most one a channel */
+} scene_clip;
+
+/* masks: - {name: head, weights: {jaw: 1, neck: 0.5}}      others 0 */
+typedef struct {
+    char *name;
+    double *weight; /* channel_count */
+} scene_mask;
+
+/* layers: - {name: base, clip: walk, mode: override|add, mask: head, weight: 1}   clip: none = starts empty */
+typedef struct {
+    char *name;
+    int clip, mode, mask; /* -1 = none */
+    double weight;
+} scene_layer;
+
+/* filters: - {op: offset, channel: jaw, value: 3} | {op: gain, channel, value, about: 0} | {op: clamp, channel, min, max}
+ *          | {op: minimum, channel, value} | {op: matrix, channels: [a, b], rows: [[0, 1], [1, 0]]} */
+typedef struct {
+    int op; /* WG_FILTER_* */
+    int channel;
+    double a, b;
+    int n;
+    int channels[8];
+    double matrix[8][8];
+} scene_filter;
+
+/* triggers: - {event: blinked, layer: face, clip: smile, fade: 0.2} */
+typedef struct {
+    int event, layer, clip;
+    double fade;
+} scene_trigger;
+
+/* servos: - {name: jaw, channel: jaw, protocol: maestro|dynamixel2|pca9685|none, id: 3, centre: 1500 us, per_unit: 10 us,
+ *            direction: -1, trim: 12 us, min: 1000 us, max: 2000 us, velocity: 300 deg/s, acceleration: 4000 deg/s2}
+ * Units: us, deg (dynamixel2: 4096 steps = 360 deg; others through per_unit: us per channel unit), or plain numbers in us / steps.
+ * range: 180 deg over [min, max] may replace per_unit. All fields below are in the servo's own position units:
+ * quarter microseconds (maestro, pca9685) or 1/4096 turn (dynamixel2); gain = units per channel unit, sign included. */
+typedef struct {
+    char *name;
+    int line;
+    int channel, protocol, id;
+    double centre; /* position at channel value 0, trim included */
+    double gain;
+    double min, max;
+    double velocity, acceleration; /* 0 = unlimited */
+} scene_servo;
+
+typedef struct {
+    char *path, *name;
+    double tick_rate; /* 0 = chosen by the baker */
+    int source_count, channel_count, clip_count, mask_count, layer_count, filter_count, trigger_count, servo_count;
+    int event_name_count;
+    scene_source *sources;
+    scene_channel *channels;
+    scene_clip *clips;
+    scene_mask *masks;
+    scene_layer *layers;
+    scene_filter *filters;
+    scene_trigger *triggers;
+    scene_servo *servos;
+    char **event_names;
+} scene;
+
+/* Reads and checks a scene file. Every message starts with "path:line: ". */
+int scene_load(const char *path, scene *out, bake_error *error);
+void scene_free(scene *s);
+
+/* Dense samples of one captured curve: raw values before scale and offset are applied have been scaled. */
+typedef struct {
+    int count;
+    double *time, *value; /* ascending time, starting at 0 */
+} capture;
+
+/* Reads the samples a CURVE_CAPTURED asks for. Joint rotations become hinge angles [deg] about `axis` in the
+ * joint's parent frame by swing-twist: angle = 2 atan2(q.axis, q.w), unwrapped along time, relative to the
+ * bind pose's rotation. */
+int capture_load(const scene *s, const scene_curve *curve, capture *out, bake_error *error);
+void capture_free(capture *c);
+
+#endif

@@ -1,0 +1,84 @@
+/* What the readers of the parts of a scene share: where they are, and how they read one field.
+ * Every function returns 0, or -1 with a message that begins with "path:line: ".
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#ifndef BAKE_SCENE_LOAD_H
+#define BAKE_SCENE_LOAD_H
+
+#include "scene.h"
+#include "scene_yaml.h"
+
+typedef struct {
+    const scene_tree *tree;
+    const yaml_scene *yaml;
+    scene *out;
+    bake_error *error;
+    int node; /* the mapping being read: messages point at its fields */
+} loader;
+
+/* A kind of number: what to ask for, the units people may write after it, and its limits. */
+typedef struct {
+    const char *example;
+    struct {
+        const char *suffix;
+        double factor;
+    } unit[3];
+    double least, most;
+} scene_measure;
+
+extern const scene_measure scene_time, scene_frequency, scene_plain, scene_positive, scene_fraction;
+
+/* Values, velocities and accelerations of a channel: [WG_UNIT_*][derivative]. */
+extern const scene_measure scene_value[4][3];
+
+/* A word and what it means; tables of them end with {NULL, 0}. */
+typedef struct {
+    const char *word;
+    int value;
+} scene_word;
+
+/* Fails at the line of `field` of the current mapping; NULL: at the mapping itself. */
+int loader_fail(const loader *l, const char *field, const char *format, ...)
+#ifdef __GNUC__
+    __attribute__((format(printf, 3, 4)))
+#endif
+    ;
+int loader_has(const loader *l, const char *field);
+int loader_need(const loader *l, const char *field, const char *text, const char *example);
+
+/* These leave *out alone when text is NULL, so that a default stays. */
+int loader_number(const loader *l, const char *field, const char *text,
+                  const scene_measure *measure, double *out);
+int loader_integer(const loader *l, const char *field, const char *text, const int range[2],
+                   int *out);
+int loader_word(const loader *l, const char *field, const char *text, const scene_word *words,
+                int *out);
+int loader_flag(const loader *l, const char *field, const char *text, int *out);
+int loader_reference(const loader *l, const char *field, const char *text, scene_names names,
+                     int *out);
+
+/* A number and whatever follows it, for units that depend on more than the field. */
+#define LOADER_SUFFIX_BYTES 16
+int loader_quantity(const loader *l, const char *field, const char *text, double *value,
+                    char suffix[LOADER_SUFFIX_BYTES]);
+
+/* Checks a new name: a letter, then at most 62 letters, digits, '_' or '-', because names become C
+ * macros; unique among `names` before `index`. Copies it. */
+int loader_name(const loader *l, scene_names names, int index, const char *example, char **out);
+
+/* Reads every entry of the list `field` of the current mapping with `read`. */
+int loader_each(loader *l, const char *field, int (*read)(loader *l, int index));
+
+/* The parts. */
+int scene_read_channel(loader *l, int index);
+int scene_read_source(loader *l, int index);
+int scene_read_clip(loader *l, int index);
+int scene_read_mask(loader *l, int index);
+int scene_read_layer(loader *l, int index);
+int scene_read_filter(loader *l, int index);
+int scene_read_trigger(loader *l, int index);
+int scene_read_servo(loader *l, int index);
+
+/* One curve of the clip the loader is at; `clip` and `index` say which. */
+int scene_read_curve(loader *l, int clip, int index);
+
+#endif

@@ -1,0 +1,237 @@
+/* The schema of a scene file for libcyaml, and what to say when a file does not follow it.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "scene_yaml.h"
+
+#include <cyaml/cyaml.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#define MANY                     CYAML_UNLIMITED
+#define MAYBE                    (CYAML_FLAG_POINTER | CYAML_FLAG_OPTIONAL)
+#define TEXT(type, field)        CYAML_FIELD_STRING_PTR(#field, MAYBE, type, field, 0, MANY)
+#define LIST(type, field, entry) CYAML_FIELD_SEQUENCE(#field, MAYBE, type, field, &(entry), 0, MANY)
+#define FREE_FORM(field)         CYAML_FIELD_IGNORE(field, CYAML_FLAG_OPTIONAL)
+#define ENTRY(type, fields)                                                                        \
+    {                                                                                              \
+        CYAML_VALUE_MAPPING(CYAML_FLAG_DEFAULT, type, fields)                                      \
+    }
+
+/* Nothing is required here: a missing field is reported by the stage that needs it, which can show
+ * an example. */
+static const cyaml_schema_value_t text_entry = {
+    CYAML_VALUE_STRING(CYAML_FLAG_POINTER, char *, 0, MANY)};
+
+static const cyaml_schema_field_t source_fields[] = {TEXT(yaml_source, name),
+                                                     TEXT(yaml_source, file),
+                                                     TEXT(yaml_source, animation), CYAML_FIELD_END};
+static const cyaml_schema_value_t source_entry = ENTRY(yaml_source, source_fields);
+
+static const cyaml_schema_field_t channel_fields[] = {TEXT(yaml_channel, name),
+                                                      TEXT(yaml_channel, unit),
+                                                      TEXT(yaml_channel, rest),
+                                                      TEXT(yaml_channel, tolerance),
+                                                      LIST(yaml_channel, range, text_entry),
+                                                      CYAML_FIELD_END};
+static const cyaml_schema_value_t channel_entry = ENTRY(yaml_channel, channel_fields);
+
+static const cyaml_schema_field_t key_fields[] = {
+    TEXT(yaml_key, time),         TEXT(yaml_key, value),  TEXT(yaml_key, velocity),
+    TEXT(yaml_key, acceleration), TEXT(yaml_key, weight), CYAML_FIELD_END};
+static const cyaml_schema_value_t key_entry = ENTRY(yaml_key, key_fields);
+
+static const cyaml_schema_field_t curve_fields[] = {TEXT(yaml_curve, channel),
+                                                    TEXT(yaml_curve, kind),
+                                                    TEXT(yaml_curve, frequency),
+                                                    TEXT(yaml_curve, damping),
+                                                    TEXT(yaml_curve, lambda),
+                                                    TEXT(yaml_curve, delta),
+                                                    TEXT(yaml_curve, force),
+                                                    TEXT(yaml_curve, periodic),
+                                                    LIST(yaml_curve, regularise, text_entry),
+                                                    FREE_FORM("start"),
+                                                    FREE_FORM("end"),
+                                                    LIST(yaml_curve, keys, key_entry),
+                                                    TEXT(yaml_curve, source),
+                                                    TEXT(yaml_curve, node),
+                                                    TEXT(yaml_curve, component),
+                                                    TEXT(yaml_curve, column),
+                                                    FREE_FORM("axis"),
+                                                    TEXT(yaml_curve, scale),
+                                                    TEXT(yaml_curve, offset),
+                                                    TEXT(yaml_curve, from),
+                                                    TEXT(yaml_curve, to),
+                                                    CYAML_FIELD_END};
+static const cyaml_schema_value_t curve_entry = ENTRY(yaml_curve, curve_fields);
+
+static const cyaml_schema_field_t mark_fields[] = {TEXT(yaml_mark, name), TEXT(yaml_mark, time),
+                                                   CYAML_FIELD_END};
+static const cyaml_schema_value_t mark_entry = ENTRY(yaml_mark, mark_fields);
+
+static const cyaml_schema_field_t clip_fields[] = {TEXT(yaml_clip, name),
+                                                   TEXT(yaml_clip, duration),
+                                                   TEXT(yaml_clip, end),
+                                                   TEXT(yaml_clip, additive),
+                                                   LIST(yaml_clip, events, mark_entry),
+                                                   LIST(yaml_clip, curves, curve_entry),
+                                                   CYAML_FIELD_END};
+static const cyaml_schema_value_t clip_entry = ENTRY(yaml_clip, clip_fields);
+
+static const cyaml_schema_field_t mask_fields[] = {TEXT(yaml_mask, name), FREE_FORM("weights"),
+                                                   CYAML_FIELD_END};
+static const cyaml_schema_value_t mask_entry = ENTRY(yaml_mask, mask_fields);
+
+static const cyaml_schema_field_t layer_fields[] = {
+    TEXT(yaml_layer, name), TEXT(yaml_layer, clip),   TEXT(yaml_layer, mode),
+    TEXT(yaml_layer, mask), TEXT(yaml_layer, weight), CYAML_FIELD_END};
+static const cyaml_schema_value_t layer_entry = ENTRY(yaml_layer, layer_fields);
+
+static const cyaml_schema_field_t filter_fields[] = {TEXT(yaml_filter, op),
+                                                     TEXT(yaml_filter, channel),
+                                                     TEXT(yaml_filter, value),
+                                                     TEXT(yaml_filter, about),
+                                                     TEXT(yaml_filter, min),
+                                                     TEXT(yaml_filter, max),
+                                                     LIST(yaml_filter, channels, text_entry),
+                                                     FREE_FORM("rows"),
+                                                     CYAML_FIELD_END};
+static const cyaml_schema_value_t filter_entry = ENTRY(yaml_filter, filter_fields);
+
+static const cyaml_schema_field_t trigger_fields[] = {
+    TEXT(yaml_trigger, event), TEXT(yaml_trigger, layer), TEXT(yaml_trigger, clip),
+    TEXT(yaml_trigger, fade), CYAML_FIELD_END};
+static const cyaml_schema_value_t trigger_entry = ENTRY(yaml_trigger, trigger_fields);
+
+static const cyaml_schema_field_t servo_fields[] = {
+    TEXT(yaml_servo, name),         TEXT(yaml_servo, channel),
+    TEXT(yaml_servo, protocol),     TEXT(yaml_servo, id),
+    TEXT(yaml_servo, centre),       TEXT(yaml_servo, per_unit),
+    TEXT(yaml_servo, range),        TEXT(yaml_servo, direction),
+    TEXT(yaml_servo, trim),         TEXT(yaml_servo, min),
+    TEXT(yaml_servo, max),          TEXT(yaml_servo, velocity),
+    TEXT(yaml_servo, acceleration), CYAML_FIELD_END};
+static const cyaml_schema_value_t servo_entry = ENTRY(yaml_servo, servo_fields);
+
+static const cyaml_schema_field_t scene_fields[] = {TEXT(yaml_scene, name),
+                                                    TEXT(yaml_scene, tick_rate),
+                                                    LIST(yaml_scene, sources, source_entry),
+                                                    LIST(yaml_scene, channels, channel_entry),
+                                                    LIST(yaml_scene, clips, clip_entry),
+                                                    LIST(yaml_scene, masks, mask_entry),
+                                                    LIST(yaml_scene, layers, layer_entry),
+                                                    LIST(yaml_scene, filters, filter_entry),
+                                                    LIST(yaml_scene, triggers, trigger_entry),
+                                                    LIST(yaml_scene, servos, servo_entry),
+                                                    CYAML_FIELD_END};
+static const cyaml_schema_value_t scene_schema = {
+    CYAML_VALUE_MAPPING(CYAML_FLAG_POINTER, yaml_scene, scene_fields)};
+
+/* ---- explaining a refusal ----------------------------------------------------------------------
+ * libcyaml says "Unexpected key: vaule" with the position of the mapping around it. The tree knows
+ * the key's own line and the schema knows the nearest key, so both are walked side by side. */
+
+static const char *const kind_words[] = {[NODE_SCALAR] = "a single value",
+                                         [NODE_MAPPING] = "a mapping {key: value}",
+                                         [NODE_SEQUENCE] = "a list [..]"};
+
+static int expected_kind(const cyaml_schema_value_t *schema)
+{
+    return schema->type == CYAML_MAPPING    ? NODE_MAPPING
+           : schema->type == CYAML_SEQUENCE ? NODE_SEQUENCE
+                                            : NODE_SCALAR;
+}
+
+static int explain_kind(const scene_tree *tree, int node, const cyaml_schema_value_t *schema,
+                        bake_error *error)
+{
+    const scene_node *found = &tree->nodes[node];
+    int want = expected_kind(schema);
+    if (schema->type == CYAML_IGNORE || (int)found->kind == want)
+        return 0;
+    const char *name = found->key;
+    for (int up = node; name == NULL && up >= 0; up = tree->nodes[up].parent)
+        name = tree->nodes[up].key;
+    return bake_fail(error, "%s:%d: %s'%s' must be %s, found %s", tree->path, found->line,
+                     found->key ? "" : "an entry of ", name ? name : "scene", kind_words[want],
+                     found->kind == NODE_SCALAR && found->value[0] == '\0'
+                         ? "nothing; indent what belongs to it, or remove the key"
+                         : kind_words[found->kind]);
+}
+
+static int explain_key(const scene_tree *tree, int node, const scene_names *keys, bake_error *error)
+{
+    char hint[SCENE_HINT_BYTES];
+    const scene_node *found = &tree->nodes[node];
+    return bake_fail(error, "%s:%d: unknown key '%s'; %s", tree->path, found->line, found->key,
+                     scene_names_hint(keys, found->key, hint));
+}
+
+/* Recursion follows the tree, so it is at most DEPTH_MAX deep. */
+static int explain(const scene_tree *tree, int node, const cyaml_schema_value_t *schema,
+                   bake_error *error)
+{
+    if (explain_kind(tree, node, schema, error))
+        return -1;
+    if (schema->type != CYAML_MAPPING && schema->type != CYAML_SEQUENCE)
+        return 0;
+    const cyaml_schema_field_t *fields = schema->mapping.fields;
+    scene_names keys = {0};
+    if (schema->type == CYAML_MAPPING) {
+        keys = (scene_names){fields, sizeof *fields, 0};
+        while (fields[keys.count].key != NULL)
+            keys.count++;
+    }
+    for (int i = tree->nodes[node].child; i >= 0; i = tree->nodes[i].next) {
+        const cyaml_schema_value_t *value = schema->sequence.entry;
+        if (schema->type == CYAML_MAPPING) {
+            int field = scene_names_find(&keys, tree->nodes[i].key);
+            if (field < 0)
+                return explain_key(tree, i, &keys, error);
+            value = &fields[field].value;
+        }
+        if (explain(tree, i, value, error))
+            return -1;
+    }
+    return 0;
+}
+
+/* Keeps libcyaml's first complaint: the ones after it are its way through the file. */
+static void keep_first(cyaml_log_t level, void *context, const char *format, va_list arguments)
+{
+    char *first = context;
+    if (level >= CYAML_LOG_ERROR && first[0] == '\0')
+        vsnprintf(first, 200, format, arguments);
+}
+
+static cyaml_config_t config(char *first_complaint)
+{
+    return (cyaml_config_t){.log_fn = keep_first,
+                            .log_ctx = first_complaint,
+                            .log_level = CYAML_LOG_ERROR,
+                            .mem_fn = cyaml_mem,
+                            .flags = CYAML_CFG_NO_ALIAS};
+}
+
+int scene_yaml_load(const scene_tree *tree, yaml_scene **out, bake_error *error)
+{
+    char complaint[200] = "";
+    cyaml_config_t settings = config(complaint);
+    *out = NULL;
+    cyaml_err_t err = cyaml_load_data(tree->text, tree->size, &settings, &scene_schema,
+                                      (cyaml_data_t **)out, NULL);
+    if (err == CYAML_OK && *out != NULL)
+        return 0;
+    if (explain(tree, 0, &scene_schema, error))
+        return -1;
+    complaint[strcspn(complaint, "\n")] = '\0';
+    return bake_fail(error, "%s:1: not a scene: %s (%s)", tree->path, complaint,
+                     cyaml_strerror(err));
+}
+
+void scene_yaml_free(yaml_scene *scene)
+{
+    char complaint[200] = "";
+    cyaml_config_t settings = config(complaint);
+    if (scene != NULL)
+        cyaml_free(&settings, &scene_schema, scene, 0);
+}

@@ -1,0 +1,108 @@
+/* What a scene file says, as text: the shape libcyaml loads. Numbers, words and units are still
+ * strings here, because people write "1500 us"; scene*.c turns them into scene.h's arrays. NULL or
+ * a count of 0 means absent. Fields with free-form values are read from the tree instead:
+ * mask.weights, filter.rows, curve.start, curve.end, curve.axis.
+ * Every struct begins with the text that names it, so that scene_names can walk arrays of them.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#ifndef BAKE_SCENE_YAML_H
+#define BAKE_SCENE_YAML_H
+
+#include "scene_tree.h"
+
+typedef struct {
+    char *name, *file, *animation;
+} yaml_source;
+
+typedef struct {
+    char *name, *unit, *rest, *tolerance;
+    char **range;
+    unsigned range_count;
+} yaml_channel;
+
+typedef struct {
+    char *time, *value, *velocity, *acceleration, *weight;
+} yaml_key;
+
+typedef struct {
+    char *channel, *kind;
+    char *frequency, *damping, *lambda, *delta, *force, *periodic;
+    char **regularise;
+    unsigned regularise_count;
+    yaml_key *keys;
+    unsigned keys_count;
+    char *source, *node, *component, *column, *scale, *offset, *from, *to;
+} yaml_curve;
+
+typedef struct {
+    char *name, *time;
+} yaml_mark;
+
+typedef struct {
+    char *name, *duration, *end, *additive;
+    yaml_mark *events;
+    unsigned events_count;
+    yaml_curve *curves;
+    unsigned curves_count;
+} yaml_clip;
+
+typedef struct {
+    char *name;
+} yaml_mask;
+
+typedef struct {
+    char *name, *clip, *mode, *mask, *weight;
+} yaml_layer;
+
+typedef struct {
+    char *op, *channel, *value, *about, *min, *max;
+    char **channels;
+    unsigned channels_count;
+} yaml_filter;
+
+typedef struct {
+    char *event, *layer, *clip, *fade;
+} yaml_trigger;
+
+typedef struct {
+    char *name, *channel, *protocol, *id, *centre, *per_unit, *range, *direction, *trim;
+    char *min, *max, *velocity, *acceleration;
+} yaml_servo;
+
+typedef struct {
+    char *name, *tick_rate;
+    yaml_source *sources;
+    yaml_channel *channels;
+    yaml_clip *clips;
+    yaml_mask *masks;
+    yaml_layer *layers;
+    yaml_filter *filters;
+    yaml_trigger *triggers;
+    yaml_servo *servos;
+    unsigned sources_count, channels_count, clips_count, masks_count;
+    unsigned layers_count, filters_count, triggers_count, servos_count;
+} yaml_scene;
+
+/* Checks the tree's text against the schema and loads it. */
+int scene_yaml_load(const scene_tree *tree, yaml_scene **out, bake_error *error);
+void scene_yaml_free(yaml_scene *scene);
+
+/* A view on the names of an array whose elements begin with a `const char *`. */
+typedef struct {
+    const void *first;
+    size_t stride;
+    int count;
+} scene_names;
+#define SCENE_NAMES(array, n) ((scene_names){(array), sizeof *(array), (int)(n)})
+
+const char *scene_names_at(const scene_names *names, int index);
+
+/* Index of `name`, or -1. */
+int scene_names_find(const scene_names *names, const char *name);
+
+/* Writes advice for a name that is not there: 'did you mean "jaw"?' when one is near, and the
+ * nearest six of what there is. Returns `text`. */
+#define SCENE_HINT_BYTES 320
+const char *scene_names_hint(const scene_names *names, const char *wrong,
+                             char text[SCENE_HINT_BYTES]);
+
+#endif

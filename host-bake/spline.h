@@ -1,0 +1,99 @@
+/* Wiggly splines in doubles: exact pieces, and the two ways to determine them.
+ * Source: Schulz 2013, 2.4-2.5; reference notes 1a for the midpoint basis; errata S1-S4 apply.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#ifndef BAKE_SPLINE_H
+#define BAKE_SPLINE_H
+
+#include "bake.h"
+
+/* The scalar oscillator  w'' + 2 delta w' + lambda w + g = f  whose f^2 is minimised (2.20).
+ *   lambda [1/s^2] stiffness, may be negative   delta [1/s] damping   g [unit/s^2] constant force */
+typedef struct {
+    double lambda, delta, g;
+} bake_mode;
+
+/* Exact solution families in the midpoint basis; s = t - (t0 + t1)/2, H = (t1 - t0)/2.
+ *   POLY   1, x, x^2, x^3                                  x = s/H
+ *   OSC    {C(a s), S(a s)} x {cos(b s), sin(b s)}         order C cos, C sin, S cos, S sin
+ *   CRIT   {C(a s), S(a s)} x {1, x}                       order C, C x, S, S x
+ *   EXP    C(a s), S(a s), C(b s), S(b s)                  a > b >= 0
+ *   HYP    {C(a s), S(a s)} x {C(b s), S(b s)}             EXP's space when its two rates are close
+ *   SERIES P_0 .. P_3, P_j = x^j + O(x^4), power series    a = 2 (lambda - 2 delta^2), b = lambda^2
+ * C(r s) = cosh(r s)/cosh(r H), S(r s) = sinh(r s)/sinh(r H); for r = 0: C = 1, S = x.
+ * sin(b s) is divided by sin(b H) while b H < pi/2, so every function stays within [-1, 1]
+ * (SERIES: 1.01). HYP and SERIES serve the places where the other four lose digits; a coefficient
+ * never exceeds 40 times the amplitude in any family (test_bake_spline measures it). */
+typedef enum { BAKE_POLY, BAKE_OSC, BAKE_CRIT, BAKE_EXP, BAKE_HYP, BAKE_SERIES } bake_family;
+
+/* w(t) = sum_l w[l] b_l(t) + rest + drive P_4(t) on [t0, t1] seconds. rest = -g/lambda (erratum
+ * S1), 0 for lambda = 0. SERIES has rest 0 and drive = -lambda g H^4/24 instead, because g/lambda
+ * is unbounded for lambda -> 0; P_4 = x^4 + ... answers the constant force. Other families: 0. */
+typedef struct {
+    double t0, t1;
+    bake_family family;
+    double a, b;
+    double w[4];
+    double rest, drive;
+} bake_segment;
+
+/* out[4]: value, velocity, acceleration, jerk at t (extrapolates beyond the ends). */
+void bake_segment_eval(const bake_segment *segment, double t, double out[4]);
+
+/* The four basis functions and their first three derivatives at t: out[derivative][function]. */
+void bake_segment_basis(const bake_segment *segment, double t, double out[4][4]);
+
+/* Chooses the best conditioned family for a mode on [t0, t1] and fills everything but w. */
+void bake_segment_prepare(bake_segment *segment, const bake_mode *mode, double t0, double t1);
+
+/* A curve is consecutive segments over [segment[0].t0, segment[count-1].t1]. At an inner knot the
+ * later segment counts; outside it is held at its end values (derivatives 0). */
+typedef struct {
+    int count;
+    bake_segment *segment;
+} bake_curve;
+
+void bake_curve_eval(const bake_curve *curve, double t, double out[4]);
+void bake_curve_free(bake_curve *curve);
+
+/* A key. weight: 0 = free, BAKE_HARD = exact, > 0 = soft with that weight eta_j in (2.31).
+ * [0] value, [1] velocity, [2] acceleration. */
+#define BAKE_HARD (-1.0)
+typedef struct {
+    double time;
+    double target[3];
+    double weight[3];
+} bake_key;
+
+/* How an end is determined. FREE is the natural condition w'' + 2 delta w' + lambda w + g = 0;
+ * PERIODIC (both or none) joins value, velocity and acceleration of the first and last key. */
+typedef enum { BAKE_END_FREE, BAKE_END_VELOCITY, BAKE_END_ACCELERATION, BAKE_END_PERIODIC } bake_end;
+
+typedef struct {
+    bake_mode mode;
+    bake_end end[2];        /* start, end */
+    double end_value[2];    /* [unit/s] or [unit/s^2], by end[] */
+    double alpha, beta, gamma; /* E_reg weights of w^2, w'^2, w''^2 (2.31); 0 = none */
+} bake_spline_problem;
+
+typedef struct {
+    double energy;     /* E_f2 of the result */
+    double residual;   /* largest violation of a constraint, relative to the largest key */
+    double overshoot;  /* largest |w - mid| over half the keys' range: > 10 hints at resonance */
+    double condition;  /* reciprocal condition estimate of the solved system, 0..1 */
+    int resonant_segment; /* index of the segment whose eta h is nearest a multiple of pi when overshoot is large, else -1 */
+} bake_spline_report;
+
+/* Solves for the C2 spline through `keys` (strictly ascending times, count >= 2; every key is a knot).
+ * All keys hard in value, ends VELOCITY or ACCELERATION, no regulariser and nothing else prescribed: banded system of
+ * 2.5.3 (LAPACK dgbsv). Otherwise: constrained minimiser of 2.5.2. curve->segment is allocated here. */
+int bake_spline_solve(const bake_spline_problem *problem, const bake_key *keys, int key_count,
+                      bake_curve *curve, bake_spline_report *report, bake_error *error);
+
+/* Plain curves as POLY segments. held: value until the next key. linear. cubic: C2 interpolating spline is
+ * bake_spline_solve with lambda = delta = 0. bspline: keys are control points of a clamped (or, if
+ * periodic, closed) non-uniform cubic B-spline whose knots are the key times. */
+int bake_curve_held(const bake_key *keys, int key_count, double end_time, bake_curve *curve, bake_error *error);
+int bake_curve_linear(const bake_key *keys, int key_count, bake_curve *curve, bake_error *error);
+int bake_curve_bspline(const bake_key *keys, int key_count, int periodic, bake_curve *curve, bake_error *error);
+
+#endif

@@ -1,0 +1,175 @@
+/* The clip format: SPEC.md's constants and nothing else; every line cites its section.
+ * SPDX-License-Identifier: MIT */
+#ifndef WIGGLY_FORMAT_H
+#define WIGGLY_FORMAT_H
+
+#define WG_FORMAT_MAGIC 0x594c4757u /* 3.1 "WGLY" */
+#define WG_FORMAT_MAJOR 1u          /* 3.1 another major: reject */
+#define WG_FORMAT_MINOR 0u          /* 3.1 a newer minor still plays */
+
+/* 3.1 header */
+#define WG_HEADER_BYTES    16u
+#define WG_HEADER_CRC      4u  /* u32, CRC-32 of bytes 8 .. length-1 */
+#define WG_HEADER_MAJOR    8u  /* u8 */
+#define WG_HEADER_MINOR    9u  /* u8 */
+#define WG_HEADER_SECTIONS 10u /* u16 */
+#define WG_HEADER_LENGTH   12u /* u32 */
+
+/* 3.2 directory entry: u16 kind, u16 count, u32 offset, u32 bytes */
+#define WG_DIRECTORY_BYTES 12u
+#define WG_SECTIONS_MAX    64u
+
+/* 3.2 section kinds, ascending in the directory */
+#define WG_SECTION_CHANNELS 1u
+#define WG_SECTION_CLIPS    2u
+#define WG_SECTION_TRACKS   3u
+#define WG_SECTION_RUNS     4u
+#define WG_SECTION_DATA     5u
+#define WG_SECTION_EVENTS   6u
+#define WG_SECTION_MASKS    7u
+#define WG_SECTION_LAYERS   8u
+#define WG_SECTION_FILTERS  9u
+#define WG_SECTION_TRIGGERS 10u
+#define WG_SECTION_SERVOS   11u
+#define WG_SECTION_NAMES    12u
+#define WG_SECTION_KNOWN    12u
+
+/* 4 limits */
+#define WG_CHANNELS_MAX 256u
+#define WG_CLIPS_MAX    255u
+#define WG_MASKS_MAX    255u
+#define WG_LAYERS_MAX   8u
+#define WG_FILTERS_MAX  256u
+#define WG_TRIGGERS_MAX 32u
+#define WG_SERVOS_MAX   64u
+#define WG_MATRIX_MAX   8u
+#define WG_NONE         255u       /* no clip, no mask */
+#define WG_VALUE_LIMIT  (1L << 28) /* |rest|, |base|, filter constants */
+
+/* 4.1 channel: i8 frac, u8 unit, u16 0, i32 rest */
+#define WG_CHANNEL_BYTES 8u
+#define WG_CHANNEL_FRAC  0u
+#define WG_CHANNEL_UNIT  1u
+#define WG_CHANNEL_REST  4u
+
+#define WG_UNIT_NONE        0u
+#define WG_UNIT_DEGREE      1u
+#define WG_UNIT_MICROSECOND 2u
+#define WG_UNIT_MILLIMETRE  3u
+
+/* 4.2 clip: u32 mul, u8 mul_shift, u8 end, u16 duration_ticks, u32 duration_us, u16 duration_frac,
+ * u16 tick_rate, u16 track_first, u16 track_count, u16 event_first, u16 event_count */
+#define WG_CLIP_BYTES       24u
+#define WG_CLIP_MUL         0u
+#define WG_CLIP_MUL_SHIFT   4u
+#define WG_CLIP_END         5u
+#define WG_CLIP_TICKS       6u
+#define WG_CLIP_US          8u
+#define WG_CLIP_US_FRAC     12u
+#define WG_CLIP_RATE        14u
+#define WG_CLIP_TRACK_FIRST 16u
+#define WG_CLIP_TRACK_COUNT 18u
+#define WG_CLIP_EVENT_FIRST 20u
+#define WG_CLIP_EVENT_COUNT 22u
+
+#define WG_END_HOLD     0u
+#define WG_END_LOOP     1u
+#define WG_END_PINGPONG 2u
+
+/* 4.3 track: u16 channel, u16 run_first, u16 run_count */
+#define WG_TRACK_BYTES     6u
+#define WG_TRACK_CHANNEL   0u
+#define WG_TRACK_RUN_FIRST 2u
+#define WG_TRACK_RUN_COUNT 4u
+
+/* 4.4 run: u16 start, u16 segment_count, u8 kind, u8 shift, u8 aux, u8 0, i32 base,
+ * u32 times, u32 data (both offsets into DATA) */
+#define WG_RUN_BYTES    20u
+#define WG_RUN_START    0u
+#define WG_RUN_SEGMENTS 2u
+#define WG_RUN_KIND     4u
+#define WG_RUN_SHIFT    5u
+#define WG_RUN_AUX      6u
+#define WG_RUN_BASE     8u
+#define WG_RUN_TIMES    12u
+#define WG_RUN_DATA     16u
+
+#define WG_RUN_SHIFT_MAX          9u
+#define WG_RUN_VELOCITY_SHIFT_MAX 24u /* aux of CUBIC */
+#define WG_RUN_SINH_SHIFT_MAX     5u  /* each nibble of aux of the exponential kinds */
+
+/* 4.4 kinds */
+#define WG_KIND_HELD   0u /* v             a knot */
+#define WG_KIND_LINEAR 1u /* v             a knot */
+#define WG_KIND_CUBIC  2u /* v, d          a knot */
+#define WG_KIND_OSC    3u /* 4 coefficients a segment: (cosh, sinh) x (cos, sin) */
+#define WG_KIND_OSC0   4u /* (1, x) x (cos, sin) */
+#define WG_KIND_CRIT   5u /* (cosh, sinh) x (1, x) */
+#define WG_KIND_EXP    6u /* (cosh, sinh) + (cosh, sinh) */
+#define WG_KIND_EXP0   7u /* (cosh, sinh) + (1, x) */
+#define WG_KIND_COUNT  8u
+
+/* 4.4 parameters at the head of a run's data: 8 bytes each */
+#define WG_PARAM_BYTES   8u
+#define WG_PARAM_RATE    0u /* u32: kappa in UQ8.24 bits a tick, or turns a tick / 2^32 (< 2^31) */
+#define WG_PARAM_PER_SEC 4u /* u32 UQ16.16: delta or eta in 1/s, used for velocities only */
+
+/* 4.6 event: u16 tick, u16 id */
+#define WG_EVENT_BYTES 4u
+#define WG_EVENT_TICK  0u
+#define WG_EVENT_ID    2u
+
+/* 4.8 layer: u8 clip, u8 mode, u8 mask, u8 0, u16 weight, u16 0 */
+#define WG_LAYER_BYTES  8u
+#define WG_LAYER_CLIP   0u
+#define WG_LAYER_MODE   1u
+#define WG_LAYER_MASK   2u
+#define WG_LAYER_WEIGHT 4u
+
+#define WG_MODE_OVERRIDE 0u
+#define WG_MODE_ADD      1u
+#define WG_WEIGHT_ONE    32768u
+
+/* 4.9 filter: u8 op, u8 n, u16 channel, i32 a, i32 b */
+#define WG_FILTER_BYTES   12u
+#define WG_FILTER_OP      0u
+#define WG_FILTER_N       1u
+#define WG_FILTER_CHANNEL 2u
+#define WG_FILTER_A       4u
+#define WG_FILTER_B       8u
+
+#define WG_FILTER_OFFSET 0u /* v + a */
+#define WG_FILTER_GAIN   1u /* b + (v - b) a, a in Q16 */
+#define WG_FILTER_CLAMP  2u /* a <= v <= b */
+#define WG_FILTER_MIN    3u /* max(v, a): "always smiles" */
+#define WG_FILTER_MATRIX 4u /* r' = M r over n channels listed in DATA at a; M in Q12 */
+#define WG_FILTER_COUNT  5u
+
+/* 4.10 trigger: u16 event, u8 layer, u8 clip, u16 fade_ms, u16 0 */
+#define WG_TRIGGER_BYTES   8u
+#define WG_TRIGGER_EVENT   0u
+#define WG_TRIGGER_LAYER   2u
+#define WG_TRIGGER_CLIP    3u
+#define WG_TRIGGER_FADE_MS 4u
+
+/* 4.11 servo: u8 protocol, u8 id, u16 channel, i32 offset, i16 gain, u8 gain_shift, u8 0,
+ * i16 min, i16 max, u16 velocity, u16 acceleration */
+#define WG_SERVO_BYTES        20u
+#define WG_SERVO_PROTOCOL     0u
+#define WG_SERVO_ID           1u
+#define WG_SERVO_CHANNEL      2u
+#define WG_SERVO_OFFSET       4u /* position at value 0, Q8 */
+#define WG_SERVO_GAIN         8u
+#define WG_SERVO_GAIN_SHIFT   10u /* Q8 position = offset + value gain / 2^gain_shift */
+#define WG_SERVO_MIN          12u
+#define WG_SERVO_MAX          14u
+#define WG_SERVO_VELOCITY     16u /* position units a second; 0: unlimited */
+#define WG_SERVO_ACCELERATION 18u /* 16 position units a second squared; 0: unlimited */
+
+#define WG_PROTOCOL_NONE       0u
+#define WG_PROTOCOL_MAESTRO    1u /* unit: 1/4 us */
+#define WG_PROTOCOL_DYNAMIXEL2 2u /* unit: 1/4096 turn */
+#define WG_PROTOCOL_PCA9685    3u /* unit: 1/4 us */
+#define WG_PROTOCOL_COUNT      4u
+
+#endif

@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""Runs an image on an emulated board: both serial lines into files, the image's exit code as ours.
+
+    run_board.py BOARD IMAGE [--bus FILE] [--log FILE] [--timeout S] [--roi FUNCTION] [-- EMULATOR OPTIONS]
+
+The emulator's command is the EMULATOR line of boards/BOARD/board.mk. --roi counts instructions
+(QEMU) or cycles (simavr) of every call of a function and prints calls, min, max, total and the
+peak stack. Exit codes of our own: 124 the image did not stop in time, 125 it could not be run.
+SPDX-License-Identifier: MIT
+"""
+import argparse
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+TIMED_OUT, CANNOT_RUN = 124, 125
+
+
+def board_values(board):
+    """The NAME := value lines of a board.mk."""
+    with open(os.path.join(ROOT, "boards", board, "board.mk")) as f:
+        return dict(re.findall(r"^(\w+)\s*[:?]?=[ \t]*(.*?)[ \t]*$", f.read(), re.M))
+
+
+def symbols(cross, image):
+    text = subprocess.run([cross + "nm", image], check=True, capture_output=True, text=True).stdout
+    return {name: int(address, 16) for address, name in re.findall(r"^(\w+) \w (\S+)$", text, re.M)}
+
+
+def roi_options(command, values, image, function):
+    """Emulator options that measure one function; None when they have no place on this board."""
+    table = symbols(values["CROSS"], image)
+    if function not in table:
+        sys.exit(f"run_board.py: {image} has no function {function}")
+    if "avr_run" in command[0]:
+        return ["--roi", hex(table[function])]
+    plugin = os.path.join(ROOT, "build/tools/libqemu_roi.so")
+    entry = table[function] & ~1 if "arm" in values["CROSS"] else table[function]
+    return ["-plugin", f"{plugin},entry={entry:#x},stack_low={table['bss_end']:#x},"
+            f"stack_high={table['stack_top']:#x}", "-d", "plugin"]
+
+
+def command_line(args, log, bus):
+    values = board_values(args.board)
+    places = {"@IMAGE@": args.image, "@LOG@": log, "@BUS@": bus}
+    command = [re.sub("@[A-Z]+@", lambda m: places[m[0]], word)
+               for word in values["EMULATOR"].split()]
+    extra = list(args.options)
+    if args.roi:
+        extra += roi_options(command, values, args.image, args.roi)
+    if command[0].startswith("qemu-"):
+        extra += ["-nodefaults", "-display", "none", "-monitor", "none"]
+    if command[0].startswith("build/"):
+        command[0] = os.path.join(ROOT, command[0])
+    return command[:1] + extra + command[1:] if extra else command
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("board")
+    parser.add_argument("image")
+    parser.add_argument("--bus", default=os.devnull, help="file for the servo bus")
+    parser.add_argument("--log", help="file for the log line; default: our output")
+    parser.add_argument("--timeout", type=float, default=60, help="seconds")
+    parser.add_argument("--roi", help="function to measure")
+    parser.add_argument("options", nargs="*", help="more options for the emulator, after --")
+    args = parser.parse_args()
+    if not os.path.exists(args.image):
+        sys.exit(f"run_board.py: no image {args.image}")
+    with tempfile.TemporaryDirectory() as scratch:
+        log = args.log or os.path.join(scratch, "log")
+        try:
+            done = subprocess.run(command_line(args, log, args.bus), stdin=subprocess.DEVNULL,
+                                  timeout=args.timeout)
+            code = done.returncode if done.returncode >= 0 else CANNOT_RUN
+        except subprocess.TimeoutExpired:
+            print(f"run_board.py: not stopped after {args.timeout:g} s", file=sys.stderr)
+            code = TIMED_OUT
+        except FileNotFoundError as error:
+            print(f"run_board.py: {error}", file=sys.stderr)
+            code = CANNOT_RUN
+        if not args.log and os.path.exists(log):
+            with open(log, errors="replace") as f:
+                sys.stdout.write(f.read())
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())
