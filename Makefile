@@ -38,7 +38,7 @@ $B/firmware/device/%.o: firmware/device/%.c
 # ---- the baker (host only) ----------------------------------------------------------------------
 BAKE_LIBS := -lassimp -lcyaml -lyaml -llapacke -lopenblas -lpng -lm
 BAKE      := $(patsubst %.c,build/bake/%.o,$(wildcard host-bake/*.c))
-BAKE_CF   := -std=c11 -D_POSIX_C_SOURCE=200809L $(WARN) -O2 -g -ffp-contract=off -MMD -MP $(PURE_I) -Ihost-bake
+BAKE_CF   := -std=c11 -D_DEFAULT_SOURCE $(WARN) -O2 -g -ffp-contract=off -MMD -MP $(PURE_I) -Ihost-bake -Ifirmware/device
 bake: build/wiggly ## the host baker, build/wiggly
 build/bake/%.o: %.c
 	@mkdir -p $(@D)
@@ -56,6 +56,42 @@ build/tests/test_%: tests/test_%.c build/host/libplayer.a build/host/libdevice.a
 	@mkdir -p $(@D)
 	gcc $(STD) $(WARN) -O1 -g -MMD -MP $(PURE_I) -Itests -Ifirmware/player -Ifirmware/device $< -o $@ \
 	    build/host/libdevice.a build/host/libplayer.a -lm
+
+# ---- boards: an image is a program, the clip, player, device and the board's hal ------------------
+CLIP    ?= build/demo.wgl
+FRAMES  ?= CLIP_FRAMES
+PROGRAM ?= firmware/main.c
+RUN     ?=
+CLIP_B  := $B/$(basename $(notdir $(CLIP)))
+IMAGE   := $(CLIP_B)/$(basename $(notdir $(PROGRAM))).elf
+HAL_O   := $(patsubst %,$B/%.o,$(basename $(wildcard $(HAL:%=hal/%/*.[cS]))))
+HAL_I   := -Ihal -Ihal/bare -Iboards/$(BOARD)
+IMAGE_I := $(PURE_I) -I$(CLIP_B) -Ifirmware/device -Ihal
+.PHONY: image tools
+image: $(IMAGE) ## firmware for BOARD with CLIP=x.wgl linked in; FRAMES=0 never stops
+run: image tools ## runs the image on its emulator; the bus goes to $(CLIP_B)/bus.bin
+	/usr/bin/python3 tests/tools/run_board.py $(BOARD) $(IMAGE) --bus $(CLIP_B)/bus.bin $(RUN)
+tools: build/tools/avr_run build/tools/libqemu_roi.so
+build/tools/avr_run: tests/tools/avr_run.c
+	@mkdir -p $(@D)
+	gcc $(STD) $(WARN) -O2 $< -o $@ -lsimavr -lelf
+build/tools/libqemu_roi.so: tests/tools/qemu_roi.c
+	@mkdir -p $(@D)
+	gcc $(STD) $(WARN) -O2 -fPIC -shared -fvisibility=hidden $< -o $@
+$B/hal/bare/mem.o: CFLAGS += -fno-tree-loop-distribute-patterns
+$B/hal/%.o: hal/%.c
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $(HAL_I) -c $< -o $@
+$B/hal/%.o: hal/%.S
+	@mkdir -p $(@D)
+	$(CC) $(CPU) -g -c $< -o $@
+$(CLIP_B)/clip.c: $(CLIP) tests/tools/wgl2c.py
+	/usr/bin/python3 tests/tools/wgl2c.py $< $(@D)
+# always linked anew: FRAMES is not a file that make could compare
+$(IMAGE): $(PROGRAM) $(CLIP_B)/clip.c $(HAL_O) $B/libdevice.a $B/libplayer.a FORCE
+	$(CC) $(filter-out -MMD -MP,$(CFLAGS)) $(IMAGE_I) -DBOARD_FRAMES=$(FRAMES) \
+	    $(filter-out FORCE,$^) -Wl,--gc-sections $(LD) -o $@
+FORCE:
 
 clean: ## removes build/
 	rm -rf build

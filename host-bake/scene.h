@@ -20,7 +20,7 @@ typedef struct {
     char *name;
     int unit; /* WG_UNIT_* */
     double rest, tolerance;
-    double range[2]; /* rest and every key's value lie inside; both 0 = not given */
+    double range[2]; /* rest and key values (not of additive clips) lie inside; both 0 = not given */
 } scene_channel;
 
 typedef enum { CURVE_HELD, CURVE_LINEAR, CURVE_CUBIC, CURVE_BSPLINE, CURVE_WIGGLY, CURVE_CAPTURED } scene_curve_kind;
@@ -29,22 +29,30 @@ typedef enum { CURVE_HELD, CURVE_LINEAR, CURVE_CUBIC, CURVE_BSPLINE, CURVE_WIGGL
  * keyed:    {channel: jaw, kind: wiggly, frequency: 2, damping: 0.1, keys: [...], start: {velocity: 0}, end: free}
  *           or lambda/delta instead of frequency/damping; force: g; regularise: [alpha, beta, gamma]
  *           lambda = (2 pi frequency)^2, delta = damping 2 pi frequency.
+ * keys:     - {time: 0.5, value: 20, velocity: 0, acceleration: 0, weight: 3}      absent = free; without weight = hard
+ * ends:     free | {velocity: v} | {acceleration: a}; default {velocity: 0}. A hard velocity or acceleration of the
+ *           first or last key takes the place of `start`, `end`; a soft one leaves that end FREE.
+ * periodic: both ends PERIODIC; then the clip loops and the last key repeats the first (value and derivatives).
  * captured: {channel: hip, kind: captured, source: walk, node: LeftUpLeg, axis: x | [x, y, z], ...}  joint rotation
+ *           component: rotation | translation                                                       of that node
  *           or {..., source: log, column: 3 | name}                                               CSV column
  *           scale, offset: value = scale raw + offset. from, to: part of the source [s]. */
+typedef enum { CAPTURE_ROTATION, CAPTURE_TRANSLATION } capture_component;
+
 typedef struct {
     int line; /* of the scene file, for messages */
     int channel;
     scene_curve_kind kind;
     bake_mode mode;
-    bake_end end[2];
+    bake_end end[2]; /* bspline: PERIODIC = closed, else clamped; held, linear: meaningless */
     double end_value[2];
     double regularise[3];
     int key_count;
     bake_key *keys;
     int source; /* CURVE_CAPTURED, else -1 */
-    char *node, *column;
-    double axis[3];
+    capture_component component;
+    char *node, *column; /* one of them NULL */
+    double axis[3];      /* unit length */
     double scale, offset;
     double from, to; /* to = 0: all */
 } scene_curve;
@@ -56,12 +64,14 @@ typedef struct {
 
 /* clips: - {name: nod, duration: 4, end: hold|loop|pingpong, additive: false, events: [{time, name}], curves: [...]}
  * duration 0 = the longest curve. loop + a keyed curve that says `periodic: true` gets periodic ends.
- * additive: values are differences from the channel's rest, and are what the keys say. */
+ * additive: values are differences from the channel's rest, and are what the keys say; such a clip
+ * plays on layers of mode add and no other does. */
 typedef struct {
     char *name;
     int line;
     double duration;
-    int end; /* WG_END_* */
+    int end;      /* WG_END_* */
+    int additive; /* 0 or 1 */
     int event_count, curve_count;
     scene_event *events; /* ascending */
     scene_curve *curves; /* ascending channel, at most one a channel */
@@ -132,15 +142,16 @@ typedef struct {
 int scene_load(const char *path, scene *out, bake_error *error);
 void scene_free(scene *s);
 
-/* Dense samples of one captured curve: raw values before scale and offset are applied have been scaled. */
+/* Samples of one captured curve, with scale and offset applied. Between them the value is linear. */
 typedef struct {
     int count;
     double *time, *value; /* ascending time, starting at 0 */
 } capture;
 
-/* Reads the samples a CURVE_CAPTURED asks for. Joint rotations become hinge angles [deg] about `axis` in the
- * joint's parent frame by swing-twist: angle = 2 atan2(q.axis, q.w), unwrapped along time, relative to the
- * bind pose's rotation. */
+/* Reads the samples a CURVE_CAPTURED asks for, cut to from .. to and shifted to start at 0. With q the node's
+ * rotation in its parent's frame, relative to the bind pose (q = q_key q_bind^-1), a rotation is its twist about
+ * `axis`: 2 atan2(q . axis, q.w) in degrees, unwrapped along time, the first sample in (-180, 180]. A translation is
+ * the way from the bind position along `axis` in the file's unit. Both axes are those of the parent's frame. */
 int capture_load(const scene *s, const scene_curve *curve, capture *out, bake_error *error);
 void capture_free(capture *c);
 

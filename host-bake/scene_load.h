@@ -5,6 +5,7 @@
 #define BAKE_SCENE_LOAD_H
 
 #include "scene.h"
+#include "scene_names.h"
 #include "scene_yaml.h"
 
 typedef struct {

@@ -1,6 +1,6 @@
 /* Finding names, and the nearest ones when a name is misspelt.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
-#include "scene_yaml.h"
+#include "scene_names.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,6 +1,7 @@
 /* The schema of a scene file for libcyaml, and what to say when a file does not follow it.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "scene_yaml.h"
+#include "scene_names.h"
 
 #include <cyaml/cyaml.h>
 #include <stdarg.h>

@@ -7,7 +7,8 @@
 #include "bake.h"
 
 /* The scalar oscillator  w'' + 2 delta w' + lambda w + g = f  whose f^2 is minimised (2.20).
- *   lambda [1/s^2] stiffness, may be negative   delta [1/s] damping   g [unit/s^2] constant force */
+ *   lambda [1/s^2] stiffness, may be negative   delta [1/s] damping   g [unit/s^2] constant force
+ */
 typedef struct {
     double lambda, delta, g;
 } bake_mode;
@@ -21,8 +22,9 @@ typedef struct {
  *   SERIES P_0 .. P_3, P_j = x^j + O(x^4), power series    a = 2 (lambda - 2 delta^2), b = lambda^2
  * C(r s) = cosh(r s)/cosh(r H), S(r s) = sinh(r s)/sinh(r H); for r = 0: C = 1, S = x.
  * sin(b s) is divided by sin(b H) while b H < pi/2, so every function stays within [-1, 1]
- * (SERIES: 1.01). HYP and SERIES serve the places where the other four lose digits; a coefficient
- * never exceeds 40 times the amplitude in any family (test_bake_spline measures it). */
+ * (SERIES: [-1.5, 1.5]). HYP and SERIES serve the places where the other four lose digits. A
+ * coefficient stays below 40 times the curve's amplitude, near critical damping (CRIT, HYP and EXP
+ * with close rates) below 40 + 4 a H times: test_bake_spline measures it. */
 typedef enum { BAKE_POLY, BAKE_OSC, BAKE_CRIT, BAKE_EXP, BAKE_HYP, BAKE_SERIES } bake_family;
 
 /* w(t) = sum_l w[l] b_l(t) + rest + drive P_4(t) on [t0, t1] seconds. rest = -g/lambda (erratum
@@ -66,34 +68,53 @@ typedef struct {
 
 /* How an end is determined. FREE is the natural condition w'' + 2 delta w' + lambda w + g = 0;
  * PERIODIC (both or none) joins value, velocity and acceleration of the first and last key. */
-typedef enum { BAKE_END_FREE, BAKE_END_VELOCITY, BAKE_END_ACCELERATION, BAKE_END_PERIODIC } bake_end;
+typedef enum {
+    BAKE_END_FREE,
+    BAKE_END_VELOCITY,
+    BAKE_END_ACCELERATION,
+    BAKE_END_PERIODIC
+} bake_end;
 
 typedef struct {
     bake_mode mode;
-    bake_end end[2];        /* start, end */
-    double end_value[2];    /* [unit/s] or [unit/s^2], by end[] */
+    bake_end end[2];           /* start, end */
+    double end_value[2];       /* [unit/s] or [unit/s^2], by end[] */
     double alpha, beta, gamma; /* E_reg weights of w^2, w'^2, w''^2 (2.31); 0 = none */
 } bake_spline_problem;
 
 typedef struct {
-    double energy;     /* E_f2 of the result */
-    double residual;   /* largest violation of a constraint, relative to the largest key */
-    double overshoot;  /* largest |w - mid| over half the keys' range: > 10 hints at resonance */
-    double condition;  /* reciprocal condition estimate of the solved system, 0..1 */
-    int resonant_segment; /* index of the segment whose eta h is nearest a multiple of pi when overshoot is large, else -1 */
+    double energy; /* E_f2 of the result */
+    double
+        residual; /* largest violation of a constraint, relative to the terms it is summed from */
+    double
+        overshoot; /* largest |w - middle of the keys| over the amplitude the data ask for: half the
+                    * keys' range, or their distance from rest, plus end speed x mean interval */
+    double condition;     /* reciprocal condition estimate of the solved system, 0..1 */
+    int resonant_segment; /* segment nearest a multiple of half a period if overshoot > 10, else -1
+                           */
 } bake_spline_report;
 
-/* Solves for the C2 spline through `keys` (strictly ascending times, count >= 2; every key is a knot).
- * All keys hard in value, ends VELOCITY or ACCELERATION, no regulariser and nothing else prescribed: banded system of
- * 2.5.3 (LAPACK dgbsv). Otherwise: constrained minimiser of 2.5.2. curve->segment is allocated here. */
+/* Solves for the C2 spline through `keys` (strictly ascending times, count >= 2; every key is a
+ * knot). All keys hard in value and nothing else prescribed but the ends (not periodic), no
+ * regulariser: banded system of 2.5.3, reduced to the m knot velocities (tridiagonal). Otherwise:
+ * constrained minimiser of 2.5.2 within the four functions of each segment. Periodic: the last key
+ * is the first one a period later; hard values must agree. curve->segment is allocated here, NULL
+ * on failure. Success with a non-empty error->text is a warning (overshoot > 10 near resonance).
+ * `report` may be NULL, which saves the quadrature of the energy. error   1e-9 of the amplitude for
+ * value, h x velocity, h^2 x acceleration (spline_oracle.csv); fails if condition < 1e-11 or
+ * residual > 1e-10 */
 int bake_spline_solve(const bake_spline_problem *problem, const bake_key *keys, int key_count,
                       bake_curve *curve, bake_spline_report *report, bake_error *error);
 
-/* Plain curves as POLY segments. held: value until the next key. linear. cubic: C2 interpolating spline is
- * bake_spline_solve with lambda = delta = 0. bspline: keys are control points of a clamped (or, if
- * periodic, closed) non-uniform cubic B-spline whose knots are the key times. */
-int bake_curve_held(const bake_key *keys, int key_count, double end_time, bake_curve *curve, bake_error *error);
+/* Plain curves as POLY segments. held: value until the next key, the last until end_time. linear.
+ * cubic: C2 interpolating spline is bake_spline_solve with lambda = delta = 0. bspline: keys are
+ * control points of a non-uniform cubic B-spline whose knots are the key times. Clamped: starts and
+ * ends at the outer keys, with one more control point at a third of each end leg of the polygon.
+ * Closed (periodic): the last key repeats the first one a period later. */
+int bake_curve_held(const bake_key *keys, int key_count, double end_time, bake_curve *curve,
+                    bake_error *error);
 int bake_curve_linear(const bake_key *keys, int key_count, bake_curve *curve, bake_error *error);
-int bake_curve_bspline(const bake_key *keys, int key_count, int periodic, bake_curve *curve, bake_error *error);
+int bake_curve_bspline(const bake_key *keys, int key_count, int periodic, bake_curve *curve,
+                       bake_error *error);
 
 #endif

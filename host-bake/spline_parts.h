@@ -58,8 +58,10 @@ int bake_solve_energy(bake_work *work, bake_error *error);
 /* Measures the finished curve, fails on a residual, explains resonance. report may be NULL. */
 int bake_spline_check(const bake_work *work, bake_spline_report *report, bake_error *error);
 
-/* Appends what to do about a segment that resonates, or nothing when none is near. */
+/* The segment whose length is nearest a multiple of half a period, within a quarter; else -1. */
 int bake_resonant_segment(const bake_work *work);
+
+/* Fails with `what`, the resonating keys if there are any, and the remedies. */
 int bake_fail_resonant(const bake_work *work, const char *what, bake_error *error);
 
 #endif

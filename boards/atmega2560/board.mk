@@ -5,4 +5,4 @@ CPU      := -mmcu=atmega2560
 MEM      := avr
 HAL      := atmega
 LD       := -mmcu=atmega2560
-EMULATOR := build/tools/avr_run --log @LOG@ --bus @BUS@ --mcu atmega2560 --hz 16000000 @IMAGE@
+EMULATOR := build/tools/avr_run --log @LOG@ --bus @BUS@ --reply @REPLY@ --mcu atmega2560 --hz 16000000 @IMAGE@

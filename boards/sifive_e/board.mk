@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 CROSS    := riscv64-unknown-elf-
 # the older ISA spec has the CSR instructions in its base, and its name finds the 32-bit libgcc
-CPU      := -march=rv32imac -mabi=ilp32 -misa-spec=2.2 -mcmodel=medlow -ffreestanding
+CPU      := -march=rv32imac -mabi=ilp32 -misa-spec=2.2 -ffreestanding -fcallgraph-info=su -isystem hal/bare/libc
 HAL      := fe310 rv32 bare
 LD       := -nostdlib -T boards/sifive_e/link.ld -lgcc
 # 2^6 ns an instruction is 16 MIPS, the chip's 16 MHz

@@ -157,6 +157,13 @@ typedef struct {
     int32_t v, m, b, a;
 } cubic;
 
+/* floor(d h 2^(8 - aux)): a knot's velocity over the whole segment. |d h| < 2^31. */
+static int32_t knot_slope(const uint8_t *d, const span *at)
+{
+    int32_t slope = (int16_t)wg_rd16(d) * (int32_t)at->ticks;
+    return at->aux < 8 ? fix_shl(slope, 8u - at->aux) : slope >> (at->aux - 8u);
+}
+
 static cubic knots(const span *at)
 {
     uint32_t stride = at->kind == WG_KIND_CUBIC ? 4u : 2u;
@@ -168,8 +175,8 @@ static cubic knots(const span *at)
     int32_t rise = fix_sub(fix_shl((int16_t)wg_rd16(left + stride), 10), y.v);
     y.m = rise;
     if (at->kind == WG_KIND_CUBIC) {
-        int32_t m0 = (int32_t)((int16_t)wg_rd16(left + 2) * (int32_t)at->ticks) >> at->aux;
-        int32_t m1 = (int32_t)((int16_t)wg_rd16(left + 6) * (int32_t)at->ticks) >> at->aux;
+        int32_t m0 = knot_slope(left + 2, at);
+        int32_t m1 = knot_slope(left + 6, at);
         int32_t excess = fix_sub(fix_add(m0, m1), fix_shl(rise, 1));
         y.m = m0;
         y.b = fix_sub(fix_sub(rise, m0), excess);

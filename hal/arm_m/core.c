@@ -5,8 +5,8 @@
 #include "bare.h"
 
 #define BKPT_SEMIHOST 0xbeabu /* bkpt 0xab */
-#define FRAME_R0 0            /* words of the frame that an exception pushes */
-#define FRAME_PC 6
+#define FRAME_R0      0       /* words of the frame that an exception pushes */
+#define FRAME_PC      6
 
 extern uint32_t stack_top[];
 

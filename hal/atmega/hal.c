@@ -11,10 +11,11 @@
 #include <avr/sleep.h>
 #include <avr/wdt.h>
 
-#define UART_DIVISOR(baud) ((BOARD_CLOCK_HZ / 8u + (baud) / 2u) / (baud) - 1u)
-#define TIMER_MHZ 2u /* clk / 8 */
-#define TIMER_WRAP_US (65536u / TIMER_MHZ)
-#define TWI_TRIES 1000u /* polls of >= 8 cycles each, 0.5 ms or more: a byte at 400 kHz takes 23 us */
+#define UART_DIVISOR(baud) ((BOARD_CLOCK_HZ / 8u + (baud) / 2u) / (baud)-1u)
+#define TIMER_MHZ          2u /* clk / 8 */
+#define TIMER_WRAP_US      (65536u / TIMER_MHZ)
+#define TWI_TRIES                                                                                  \
+    1000u /* polls of >= 8 cycles each, 0.5 ms or more: a byte at 400 kHz takes 23 us */
 
 #if BOARD_CLOCK_HZ != 16000000
 #error "Timer1's clk/8 is 2 MHz at 16 MHz only: choose another divisor in hal_init"
@@ -101,9 +102,9 @@ static uint8_t twi_byte(uint8_t byte)
     return twi_step(0);
 }
 
-#define TWI_STARTED 0x08
+#define TWI_STARTED       0x08
 #define TWI_ADDRESS_ACKED 0x18
-#define TWI_DATA_ACKED 0x28
+#define TWI_DATA_ACKED    0x28
 
 int hal_i2c_write(uint8_t address, const uint8_t *bytes, uint16_t count)
 {
@@ -116,6 +117,8 @@ int hal_i2c_write(uint8_t address, const uint8_t *bytes, uint16_t count)
         }
     }
     TWCR = (1 << TWINT) | (1 << TWEN) | (1 << TWSTO);
+    for (uint16_t tries = TWI_TRIES; tries && (TWCR & (1 << TWSTO)); tries--) {
+    }
     return answer;
 }
 

@@ -11,7 +11,8 @@
 void bare_start(void);
 
 /* One call to the debugger or emulator. Each architecture implements it, and its fault handler
- * answers -1 when nobody is listening, so that an image that logs this way runs without a debugger. */
+ * answers -1 when nobody is listening, so that an image that logs this way runs without a debugger.
+ */
 int32_t semihost(int32_t operation, const void *argument);
 
 /* Sleeps until something happens or not at all: only ever called in a loop. */

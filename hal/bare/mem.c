@@ -1,8 +1,7 @@
 /* The four functions that a compiler may call on its own; there is no C library here.
  * Compiled with -fno-tree-loop-distribute-patterns, or each loop would become a call to itself.
  * SPDX-License-Identifier: MIT */
-#include <stddef.h>
-#include <string.h>
+#include "libc/string.h"
 
 void *memcpy(void *restrict to, const void *restrict from, size_t count)
 {

@@ -4,8 +4,8 @@
 #include "bare.h"
 #include "hal.h"
 
-#define SYS_WRITE0 0x04
-#define SYS_EXIT_EXTENDED 0x20
+#define SYS_WRITE0          0x04
+#define SYS_EXIT_EXTENDED   0x20
 #define EXIT_BY_APPLICATION 0x20026
 
 extern const uint32_t data_load[]; /* these five from sections.ld */

@@ -6,28 +6,28 @@
 #include "bare.h"
 #include "board.h"
 
-#define UART_DATA 0x00u
-#define UART_STATE 0x04u
+#define UART_DATA          0x00u
+#define UART_STATE         0x04u
 #define UART_STATE_TX_FULL 1u
 #define UART_STATE_RX_FULL 2u
-#define UART_CTRL 0x08u
-#define UART_CTRL_TX_RX 3u
-#define UART_BAUDDIV 0x10u
+#define UART_CTRL          0x08u
+#define UART_CTRL_TX_RX    3u
+#define UART_BAUDDIV       0x10u
 
-#define FPGAIO_COUNTER 0x18u
+#define FPGAIO_COUNTER  0x18u
 #define FPGAIO_PRESCALE 0x1cu
 
-#define WATCHDOG_LOAD 0x00u
-#define WATCHDOG_CONTROL 0x08u
+#define WATCHDOG_LOAD     0x00u
+#define WATCHDOG_CONTROL  0x08u
 #define WATCHDOG_RESET_ON 3u /* interrupt on the first timeout, reset on the second */
-#define WATCHDOG_CLEAR 0x0cu
-#define WATCHDOG_LOCK 0xc00u
-#define WATCHDOG_KEY 0x1acce551u
+#define WATCHDOG_CLEAR    0x0cu
+#define WATCHDOG_LOCK     0xc00u
+#define WATCHDOG_KEY      0x1acce551u
 
-#define I2C_SET 0x00u /* reads back the lines */
+#define I2C_SET   0x00u /* reads back the lines */
 #define I2C_CLEAR 0x04u
-#define SCL 1u
-#define SDA 2u
+#define SCL       1u
+#define SDA       2u
 
 static void uart_init(uint32_t base, uint32_t baud)
 {
@@ -65,7 +65,8 @@ uint32_t hal_time_us(void)
 
 void hal_wait_until(uint32_t time_us)
 {
-    watchdog(WATCHDOG_RESET_ON); /* armed by the first frame: a program without one is not watched */
+    watchdog(
+        WATCHDOG_RESET_ON); /* armed by the first frame: a program without one is not watched */
     REG(BOARD_WATCHDOG, WATCHDOG_CLEAR) = 1;
     while ((int32_t)(time_us - hal_time_us()) > 0) {
     }

@@ -6,33 +6,33 @@
 #include "bare.h"
 #include "board.h"
 
-#define CLINT 0x02000000u
-#define MTIME_LOW 0xbff8u
+#define CLINT      0x02000000u
+#define MTIME_LOW  0xbff8u
 #define MTIME_HIGH 0xbffcu
 
-#define AON 0x10000000u
-#define WATCHDOG_CONFIG 0x000u
+#define AON               0x10000000u
+#define WATCHDOG_CONFIG   0x000u
 #define WATCHDOG_RESET_ON ((1u << 8) | (1u << 12)) /* reset enable, run always */
-#define WATCHDOG_FEED 0x018u
-#define WATCHDOG_FOOD 0x0d09f00du
-#define WATCHDOG_KEY 0x01cu /* before each write to the others */
-#define WATCHDOG_UNLOCK 0x0051f15eu
-#define WATCHDOG_COMPARE 0x020u
-#define WATCHDOG_2_S 0xffffu /* of 32768 Hz */
+#define WATCHDOG_FEED     0x018u
+#define WATCHDOG_FOOD     0x0d09f00du
+#define WATCHDOG_KEY      0x01cu /* before each write to the others */
+#define WATCHDOG_UNLOCK   0x0051f15eu
+#define WATCHDOG_COMPARE  0x020u
+#define WATCHDOG_2_S      0xffffu /* of 32768 Hz */
 
-#define GPIO 0x10012000u
-#define GPIO_FUNCTION_ON 0x38u
+#define GPIO                 0x10012000u
+#define GPIO_FUNCTION_ON     0x38u
 #define GPIO_FUNCTION_SELECT 0x3cu
-#define GPIO_UART0 (3u << 16)                   /* RX 16, TX 17: function 0 */
-#define GPIO_UART1 ((1u << 18) | (1u << 23))    /* TX 18, RX 23: function 0 */
+#define GPIO_UART0           (3u << 16)                /* RX 16, TX 17: function 0 */
+#define GPIO_UART1           ((1u << 18) | (1u << 23)) /* TX 18, RX 23: function 0 */
 
-#define UART0 0x10013000u
-#define UART1 0x10023000u
-#define UART_TX 0x00u /* negative: full */
-#define UART_RX 0x04u /* negative: empty */
+#define UART0           0x10013000u
+#define UART1           0x10023000u
+#define UART_TX         0x00u /* negative: full */
+#define UART_RX         0x04u /* negative: empty */
 #define UART_TX_CONTROL 0x08u
 #define UART_RX_CONTROL 0x0cu
-#define UART_DIVISOR 0x18u
+#define UART_DIVISOR    0x18u
 
 static void uart_init(uint32_t base, uint32_t baud)
 {

@@ -7,56 +7,56 @@
 #include "bare.h"
 #include "board.h"
 
-#define CLOCK 0x40000000u
+#define CLOCK       0x40000000u
 #define CLOCK_START 0x000u /* the crystal: the RC oscillator is too coarse for a UART */
 
-#define UART 0x40002000u
-#define UART_START_RX 0x000u
-#define UART_START_TX 0x008u
-#define UART_RX_READY 0x108u
-#define UART_TX_READY 0x11cu
-#define UART_ENABLE 0x500u
+#define UART           0x40002000u
+#define UART_START_RX  0x000u
+#define UART_START_TX  0x008u
+#define UART_RX_READY  0x108u
+#define UART_TX_READY  0x11cu
+#define UART_ENABLE    0x500u
 #define UART_ENABLE_ON 4u
-#define UART_PIN_TX 0x50cu
-#define UART_PIN_RX 0x514u
-#define UART_RX 0x518u
-#define UART_TX 0x51cu
-#define UART_BAUD 0x524u
+#define UART_PIN_TX    0x50cu
+#define UART_PIN_RX    0x514u
+#define UART_RX        0x518u
+#define UART_TX        0x51cu
+#define UART_BAUD      0x524u
 
-#define TWI 0x40003000u
-#define TWI_START_TX 0x008u
-#define TWI_STOP 0x014u
-#define TWI_STOPPED 0x104u
-#define TWI_SENT 0x11cu
-#define TWI_ERROR 0x124u
+#define TWI              0x40003000u
+#define TWI_START_TX     0x008u
+#define TWI_STOP         0x014u
+#define TWI_STOPPED      0x104u
+#define TWI_SENT         0x11cu
+#define TWI_ERROR        0x124u
 #define TWI_ERROR_SOURCE 0x4c4u
-#define TWI_ENABLE 0x500u
-#define TWI_ENABLE_ON 5u
-#define TWI_PIN_SCL 0x508u
-#define TWI_PIN_SDA 0x50cu
-#define TWI_TX 0x51cu
-#define TWI_FREQUENCY 0x524u
-#define TWI_400_KHZ 0x06680000u
-#define TWI_ADDRESS 0x588u
-#define TWI_WAIT_US 1000u /* a byte takes 23 us; a slave may stretch the clock */
+#define TWI_ENABLE       0x500u
+#define TWI_ENABLE_ON    5u
+#define TWI_PIN_SCL      0x508u
+#define TWI_PIN_SDA      0x50cu
+#define TWI_TX           0x51cu
+#define TWI_FREQUENCY    0x524u
+#define TWI_400_KHZ      0x06680000u
+#define TWI_ADDRESS      0x588u
+#define TWI_WAIT_US      1000u /* a byte takes 23 us; a slave may stretch the clock */
 
-#define TIMER 0x40008000u
-#define TIMER_START 0x000u
-#define TIMER_CLEAR 0x00cu
-#define TIMER_CAPTURE 0x040u
-#define TIMER_BITS 0x508u
-#define TIMER_BITS_32 3u
-#define TIMER_PRESCALER 0x510u
+#define TIMER             0x40008000u
+#define TIMER_START       0x000u
+#define TIMER_CLEAR       0x00cu
+#define TIMER_CAPTURE     0x040u
+#define TIMER_BITS        0x508u
+#define TIMER_BITS_32     3u
+#define TIMER_PRESCALER   0x510u
 #define TIMER_16_TO_1_MHZ 4u
-#define TIMER_CAPTURED 0x540u
+#define TIMER_CAPTURED    0x540u
 
-#define WATCHDOG 0x40010000u
-#define WATCHDOG_START 0x000u
-#define WATCHDOG_RELOAD_VALUE 0x504u
-#define WATCHDOG_CONFIG 0x50cu
+#define WATCHDOG                0x40010000u
+#define WATCHDOG_START          0x000u
+#define WATCHDOG_RELOAD_VALUE   0x504u
+#define WATCHDOG_CONFIG         0x50cu
 #define WATCHDOG_PAUSE_IN_SLEEP 0u /* hal_stop sleeps, and nothing else does */
-#define WATCHDOG_FEED 0x600u
-#define WATCHDOG_KEY 0x6e524635u
+#define WATCHDOG_FEED           0x600u
+#define WATCHDOG_KEY            0x6e524635u
 
 void hal_init(void)
 {

@@ -1,6 +1,6 @@
 /* The port to copy: a board that has nothing. It builds and runs on the host, without a wait, so
- * that it also shows how fast the rest is. To port wiggly, copy this file to hal/<chip>/, keep the eight
- * signatures of hal.h and fill in what your chip can do; start with hal_log and hal_time_us,
+ * that it also shows how fast the rest is. To port wiggly, copy this file to hal/<chip>/, keep the
+ * eight signatures of hal.h and fill in what your chip can do; start with hal_log and hal_time_us,
  * then `make run` says "opened" on your log line. What may stay empty is said in each function.
  * SPDX-License-Identifier: MIT */
 #include "hal.h"
@@ -31,7 +31,8 @@ void hal_wait_until(uint32_t time_us)
     }
 }
 
-/* Must not lose bytes: wait when the transmitter is full. Half-duplex buses switch direction here. */
+/* Must not lose bytes: wait when the transmitter is full. Half-duplex buses switch direction here.
+ */
 void hal_bus_write(const uint8_t *bytes, uint16_t count)
 {
     (void)bytes;
@@ -46,7 +47,8 @@ uint16_t hal_bus_read(uint8_t *bytes, uint16_t size)
     return 0;
 }
 
-/* -1 is the right answer of a chip without I2C. Bound every wait: a missing pull-up must not hang. */
+/* -1 is the right answer of a chip without I2C. Bound every wait: a missing pull-up must not hang.
+ */
 int hal_i2c_write(uint8_t address, const uint8_t *bytes, uint16_t count)
 {
     (void)address;

@@ -1,24 +1,26 @@
 /* Runs an AVR image in simavr: both serial lines into files, cycles between two addresses, stack.
- *   avr_run [--log FILE] [--bus FILE] [--mcu NAME] [--hz N] [--roi SYMBOL_ADDRESS] IMAGE.elf
+ *   avr_run [--log FILE] [--bus FILE] [--reply FILE] [--mcu NAME] [--hz N] [--roi ADDRESS]
+ *           IMAGE.elf
+ * --reply is what arrives on the bus, one byte after each of the first that the image sends.
  * --roi gives the byte address of a function; cycles are counted from each entry to its return,
  * without the cycles of interrupts that came in between. The exit code is GPIOR0 when the image
  * stops in a sleep with interrupts off, 98 when it crashed.
  * SPDX-License-Identifier: MIT */
 #define _POSIX_C_SOURCE 200809L
-#include <simavr/avr_uart.h>
-#include <simavr/sim_avr.h>
-#include <simavr/sim_elf.h>
-
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include <simavr/avr_uart.h>
+#include <simavr/sim_avr.h>
+#include <simavr/sim_elf.h>
+
 #define GPIOR0_ADDRESS 0x3e /* ATmega640/1280/2560 and 328: the same data address */
-#define CRASHED 98
+#define CRASHED        98
 
 typedef struct {
-    const char *log, *bus, *mcu, *image;
+    const char *log, *bus, *reply, *mcu, *image;
     uint32_t hz, roi;
 } options;
 
@@ -44,6 +46,8 @@ static options parse(int argc, char **argv)
             o.log = argv[i + 1];
         } else if (!strcmp(argv[i], "--bus")) {
             o.bus = argv[i + 1];
+        } else if (!strcmp(argv[i], "--reply")) {
+            o.reply = argv[i + 1];
         } else if (!strcmp(argv[i], "--mcu")) {
             o.mcu = argv[i + 1];
         } else if (!strcmp(argv[i], "--hz")) {
@@ -61,26 +65,42 @@ static options parse(int argc, char **argv)
     return o;
 }
 
-static void on_byte(struct avr_irq_t *irq, uint32_t value, void *file)
+/* A serial line: what leaves goes to `out`, what arrives comes from `in`, if there is any. */
+typedef struct {
+    FILE *out, *in;
+    avr_irq_t *input;
+} line;
+
+static void on_byte(struct avr_irq_t *irq, uint32_t value, void *data)
 {
+    line *l = data;
     (void)irq;
-    putc((int)(value & 0xffu), file);
+    putc((int)(value & 0xffu), l->out);
+    int reply = l->in ? getc(l->in) : EOF;
+    if (reply != EOF) {
+        avr_raise_irq(l->input, (uint32_t)reply);
+    }
 }
 
-/* Takes simavr's own echo off the USART and sends its bytes to a file. */
-static FILE *capture(avr_t *avr, char usart, const char *path)
+static FILE *open_or_die(const char *path, const char *mode)
 {
-    FILE *file = fopen(path ? path : "/dev/null", "wb");
-    uint32_t flags = 0;
+    FILE *file = fopen(path ? path : "/dev/null", mode);
     if (!file) {
-        die("cannot write", path);
+        die("cannot open", path);
     }
-    avr_ioctl(avr, AVR_IOCTL_UART_GET_FLAGS(usart), &flags);
-    flags &= ~(uint32_t)AVR_UART_FLAG_STDIO;
-    avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS(usart), &flags);
-    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ(usart), UART_IRQ_OUTPUT),
-                            on_byte, file);
     return file;
+}
+
+/* Takes simavr's own echo off the USART and connects it to the line. */
+static void connect(avr_t *avr, char usart, line *l)
+{
+    uint32_t irqs = (uint32_t)AVR_IOCTL_UART_GETIRQ(usart);
+    uint32_t flags = 0;
+    avr_ioctl(avr, (uint32_t)AVR_IOCTL_UART_GET_FLAGS(usart), &flags);
+    flags &= ~(uint32_t)AVR_UART_FLAG_STDIO;
+    avr_ioctl(avr, (uint32_t)AVR_IOCTL_UART_SET_FLAGS(usart), &flags);
+    l->input = avr_io_getirq(avr, irqs, UART_IRQ_INPUT);
+    avr_irq_register_notify(avr_io_getirq(avr, irqs, UART_IRQ_OUTPUT), on_byte, l);
 }
 
 static uint16_t stack_pointer(const avr_t *avr)
@@ -131,33 +151,44 @@ static int run(avr_t *avr, roi *r)
     return state;
 }
 
+static void report(const avr_t *avr, const roi *r)
+{
+    printf("cycles %llu peak stack %u\n", (unsigned long long)avr->cycle,
+           (unsigned)(avr->ramend - r->lowest_sp));
+    if (r->calls) {
+        printf("roi calls %llu min %llu max %llu total %llu\n", (unsigned long long)r->calls,
+               (unsigned long long)r->min, (unsigned long long)r->max,
+               (unsigned long long)r->total);
+    }
+}
+
+static avr_t *load(const options *o)
+{
+    elf_firmware_t firmware;
+    memset(&firmware, 0, sizeof firmware);
+    avr_t *avr = avr_make_mcu_by_name(o->mcu);
+    if (!avr || elf_read_firmware(o->image, &firmware) < 0) {
+        die("unknown MCU or unreadable image:", o->image);
+    }
+    avr_init(avr);
+    firmware.frequency = o->hz;
+    avr_load_firmware(avr, &firmware);
+    avr->log = LOG_ERROR;
+    return avr;
+}
+
 int main(int argc, char **argv)
 {
     options o = parse(argc, argv);
-    elf_firmware_t firmware;
     roi r = {.min = UINT64_MAX, .entry = o.roi, .lowest_sp = UINT16_MAX};
-    memset(&firmware, 0, sizeof firmware);
-    if (elf_read_firmware(o.image, &firmware) < 0) {
-        die("cannot read", o.image);
-    }
-    avr_t *avr = avr_make_mcu_by_name(o.mcu);
-    if (!avr) {
-        die("unknown MCU", o.mcu);
-    }
-    avr_init(avr);
-    firmware.frequency = o.hz;
-    avr_load_firmware(avr, &firmware);
-    avr->log = LOG_ERROR;
-    FILE *log_file = capture(avr, '0', o.log);
-    FILE *bus_file = capture(avr, '1', o.bus);
+    line log_line = {.out = open_or_die(o.log, "wb")};
+    line bus_line = {.out = open_or_die(o.bus, "wb"), .in = open_or_die(o.reply, "rb")};
+    avr_t *avr = load(&o);
+    connect(avr, '0', &log_line);
+    connect(avr, '1', &bus_line);
     int state = run(avr, &r);
-    fclose(log_file);
-    fclose(bus_file);
-    printf("cycles %llu peak stack %u\n", (unsigned long long)avr->cycle,
-           (unsigned)(avr->ramend - r.lowest_sp));
-    if (r.calls) {
-        printf("roi calls %llu min %llu max %llu total %llu\n", (unsigned long long)r.calls,
-               (unsigned long long)r.min, (unsigned long long)r.max, (unsigned long long)r.total);
-    }
+    fclose(log_line.out);
+    fclose(bus_line.out);
+    report(avr, &r);
     return state == cpu_Crashed ? CRASHED : avr->data[GPIOR0_ADDRESS];
 }

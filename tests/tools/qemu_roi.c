@@ -13,10 +13,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define API_VERSION 1
-#define NO_REGISTERS 0
+#define API_VERSION      1
+#define NO_REGISTERS     0
 #define READS_AND_WRITES 3
-#define ADD_U64 0
+#define ADD_U64          0
 
 struct qemu_plugin_tb;
 struct qemu_plugin_insn;

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Runs an image on an emulated board: both serial lines into files, the image's exit code as ours.
 
-    run_board.py BOARD IMAGE [--bus FILE] [--log FILE] [--timeout S] [--roi FUNCTION] [-- EMULATOR OPTIONS]
+    run_board.py BOARD IMAGE [--bus FILE] [--reply FILE] [--log FILE] [--timeout S]
+                 [--roi FUNCTION] [-- EMULATOR OPTIONS]
 
 The emulator's command is the EMULATOR line of boards/BOARD/board.mk. --roi counts instructions
 (QEMU) or cycles (simavr) of every call of a function and prints calls, min, max, total and the
@@ -11,9 +12,11 @@ SPDX-License-Identifier: MIT
 import argparse
 import os
 import re
+import socket
 import subprocess
 import sys
 import tempfile
+import threading
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 TIMED_OUT, CANNOT_RUN = 124, 125
@@ -43,9 +46,29 @@ def roi_options(command, values, image, function):
             f"stack_high={table['stack_top']:#x}", "-d", "plugin"]
 
 
+class Peer(threading.Thread):
+    """The other end of QEMU's bus: sends the reply once, keeps what it receives. Stays connected
+    until QEMU hangs up, because an earlier end would throw away what QEMU has not read yet."""
+
+    def __init__(self, path, reply_path, bus_path):
+        super().__init__(daemon=True)
+        self.reply_path, self.bus_path = reply_path, bus_path
+        self.listener = socket.socket(socket.AF_UNIX)
+        self.listener.bind(path)
+        self.listener.listen()
+
+    def run(self):
+        connection = self.listener.accept()[0]
+        with open(self.reply_path, "rb") as reply:
+            connection.sendall(reply.read())
+        with open(self.bus_path, "wb") as bus:
+            while data := connection.recv(4096):
+                bus.write(data)
+
+
 def command_line(args, log, bus):
     values = board_values(args.board)
-    places = {"@IMAGE@": args.image, "@LOG@": log, "@BUS@": bus}
+    places = {"@IMAGE@": args.image, "@LOG@": log, "@BUS@": bus, "@REPLY@": args.reply}
     command = [re.sub("@[A-Z]+@", lambda m: places[m[0]], word)
                for word in values["EMULATOR"].split()]
     extra = list(args.options)
@@ -63,18 +86,29 @@ def main():
     parser.add_argument("board")
     parser.add_argument("image")
     parser.add_argument("--bus", default=os.devnull, help="file for the servo bus")
+    parser.add_argument("--reply", default=os.devnull, help="file of bytes that arrive on the bus")
     parser.add_argument("--log", help="file for the log line; default: our output")
     parser.add_argument("--timeout", type=float, default=60, help="seconds")
     parser.add_argument("--roi", help="function to measure")
-    parser.add_argument("options", nargs="*", help="more options for the emulator, after --")
-    args = parser.parse_args()
+    own = sys.argv[1:]
+    split = own.index("--") if "--" in own else len(own)
+    args = parser.parse_args(own[:split])
+    args.options = own[split + 1:]  # by hand: argparse cannot have optional words at the end
     if not os.path.exists(args.image):
         sys.exit(f"run_board.py: no image {args.image}")
     with tempfile.TemporaryDirectory() as scratch:
         log = args.log or os.path.join(scratch, "log")
+        command = command_line(args, log, args.bus)
+        peer = None
+        if command[0].startswith("qemu-") and args.reply != os.devnull:
+            path = os.path.join(scratch, "bus")
+            command = [word.replace("file:" + args.bus, "unix:" + path) for word in command]
+            peer = Peer(path, args.reply, args.bus)
+            peer.start()
         try:
-            done = subprocess.run(command_line(args, log, args.bus), stdin=subprocess.DEVNULL,
-                                  timeout=args.timeout)
+            done = subprocess.run(command, stdin=subprocess.DEVNULL, timeout=args.timeout)
+            if peer:
+                peer.join(10)
             code = done.returncode if done.returncode >= 0 else CANNOT_RUN
         except subprocess.TimeoutExpired:
             print(f"run_board.py: not stopped after {args.timeout:g} s", file=sys.stderr)

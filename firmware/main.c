@@ -1,0 +1,145 @@
+/* The firmware: every 20 ms the linked-in clip becomes servo commands.
+ *   hal (time) -> player (channel values) -> device (servo positions, bytes) -> hal (bus)
+ * The player is given the time a frame was scheduled for, never the time it happened to run at: the
+ * bytes on the bus are the same on every board and in every run, however late a frame was.
+ * SPDX-License-Identifier: MIT */
+#include "hal.h"
+#include "wiggly.h"
+
+#include "dynamixel2.h"
+#include "maestro.h"
+#include "pca9685.h"
+#include "servo.h"
+
+#include "clip.h" /* CLIP_*: the clip and its sizes, written by the baker */
+
+#ifndef BOARD_FRAMES
+#define BOARD_FRAMES 0 /* how many frames until the firmware stops; 0: it never does */
+#endif
+
+#define PWM_CHIPS   (WG_SERVOS_MAX / WG_PCA9685_CHANNELS)
+#define PWM_WAKE_US 500u /* the PCA9685's oscillator starts */
+
+static wg_file file;
+static wg_layer layers[CLIP_LAYERS];
+static wg_player player;
+static int32_t values[CLIP_CHANNELS];
+static wg_servo servos[CLIP_SERVOS + 1]; /* an array of none is not C */
+static uint8_t bytes[WG_BUS_BYTES(CLIP_SERVOS)];
+static const wg_pca9685 pwm = WG_PCA9685(25000000, 50);
+static uint8_t pwm_chips; /* that the clip uses; 0 when one of them did not answer */
+
+/* `label` and a number of up to five digits. */
+static void log_number(const char *label, uint16_t number)
+{
+    char text[32], digits[5];
+    uint8_t length = 0, count = 0;
+    while (*label && length < sizeof text - sizeof digits - 1) {
+        text[length++] = *label++;
+    }
+    do {
+        digits[count++] = (char)('0' + number % 10u);
+        number = (uint16_t)(number / 10u);
+    } while (number); /* 16 bits: five times at most */
+    while (count) {
+        text[length++] = digits[--count];
+    }
+    text[length] = 0;
+    hal_log(text);
+}
+
+static void send(int count)
+{
+    if (count > 0) {
+        hal_bus_write(bytes, (uint16_t)count);
+    }
+}
+
+/* Dynamixel servos do not move before their torque is switched on; others need nothing. */
+static void bus_start(void)
+{
+    static const uint8_t torque_on[] = {WG_DYNAMIXEL2_TORQUE_ENABLE, 0, 1};
+    const wg_dynamixel2 packet = {WG_DYNAMIXEL2_BROADCAST, WG_DYNAMIXEL2_WRITE, torque_on,
+                                  sizeof torque_on};
+    if (wg_bus_count(&file, WG_PROTOCOL_DYNAMIXEL2) > 0) {
+        send(wg_dynamixel2_packet(&packet, bytes, sizeof bytes));
+    }
+}
+
+static int pwm_write(uint8_t chip, int count)
+{
+    return hal_i2c_write((uint8_t)(WG_PCA9685_ADDRESS + chip), bytes, (uint16_t)count);
+}
+
+/* Wakes every PCA9685 that the clip has servos on. */
+static void pwm_start(void)
+{
+    int count, answer = 0;
+    for (uint8_t chip = 0; chip < PWM_CHIPS; chip++) {
+        if (wg_pca9685_frame(&file, servos, &pwm, chip, bytes) == 0) {
+            continue;
+        }
+        for (uint8_t step = 0; (count = wg_pca9685_setup(&pwm, step, bytes, sizeof bytes)) > 0;
+             step++) {
+            answer |= pwm_write(chip, count);
+        }
+        pwm_chips = (uint8_t)(chip + 1);
+    }
+    if (answer < 0) {
+        hal_log("no answer on I2C");
+        pwm_chips = 0;
+    }
+    hal_wait_until(hal_time_us() + PWM_WAKE_US);
+}
+
+static void pwm_send(void)
+{
+    for (uint8_t chip = 0; chip < pwm_chips; chip++) {
+        int count = wg_pca9685_frame(&file, servos, &pwm, chip, bytes);
+        if (count > 0) {
+            pwm_write(chip, count);
+        }
+    }
+}
+
+/* One frame: the clip at `now_us`, on the bus. */
+static void frame(uint32_t now_us)
+{
+    wg_event event;
+    wg_player_update(&player, now_us);
+    while (wg_player_event(&player, &event)) {
+        log_number("event ", event.id);
+    }
+    wg_player_sample(&player, values);
+    wg_servo_step(&file, servos, values, CLIP_TICK_US);
+    send(wg_maestro_frame(&file, servos, WG_MAESTRO_COMPACT, bytes, sizeof bytes));
+    send(wg_dynamixel2_frame(&file, servos, bytes, sizeof bytes));
+    pwm_send();
+}
+
+int main(void)
+{
+    hal_init();
+    int error = wg_open(&file, CLIP_DATA, CLIP_BYTES);
+    if (error < 0) {
+        log_number("clip refused: error -", (uint16_t)-error);
+        hal_stop(1);
+    }
+    log_number("opened: servos ", file.section[WG_SECTION_SERVOS].count);
+    wg_player_init(&player, &file, layers, CLIP_LAYERS);
+    wg_servo_init(servos, &file);
+    bus_start();
+    pwm_start();
+
+    const uint32_t frames = BOARD_FRAMES;
+    uint32_t start_us = hal_time_us();
+    uint32_t now_us = 0; /* since start_us; both wrap after 71 minutes, which no frame notices */
+    for (uint32_t count = 0; frames == 0 || count < frames; count++) {
+        hal_wait_until(start_us + now_us);
+        frame(now_us);
+        now_us += CLIP_TICK_US;
+    }
+    hal_log("done");
+    hal_stop(0);
+    return 0;
+}

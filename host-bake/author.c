@@ -1,0 +1,175 @@
+/* From the scene to exact curves.
+ * Source: Schulz 2013, 2.5 through spline.h; the choice of ticks is ours.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "author.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define TICKS_MAX 65535.0
+
+static int on_grid(double time, int rate)
+{
+    double ticks = time * rate;
+    return fabs(ticks - floor(ticks + 0.5)) < 1e-6 * rate;
+}
+
+/* Every key, event and the end lie on multiples of 1/rate. */
+static int fits(const scene_clip *clip, double duration, int rate)
+{
+    int good = on_grid(duration, rate);
+    for (int i = 0; good && i < clip->curve_count; i++) {
+        for (int k = 0; good && k < clip->curves[i].key_count; k++) {
+            good = on_grid(clip->curves[i].keys[k].time, rate);
+        }
+    }
+    return good;
+}
+
+/* 0 when the clip is too long for a tick a second. */
+static int choose_rate(const scene *s, const scene_clip *clip, double duration)
+{
+    int most = (int)fmin(10000, floor(TICKS_MAX / duration));
+    if (s->tick_rate > 0) {
+        return s->tick_rate <= most ? (int)s->tick_rate : 0;
+    }
+    for (int pass = 0; pass < 2; pass++) {
+        for (int rate = pass == 0 && most > 1000 ? 1000 : most; rate >= 1; rate--) {
+            if (fits(clip, duration, rate)) {
+                return rate;
+            }
+        }
+    }
+    return most < 1000 ? most : 1000;
+}
+
+/* A C2 cubic through the samples: motion between two frames of a capture is not a corner. */
+static int capture_curve(const scene *s, const scene_curve *c, bake_curve *out, bake_error *error)
+{
+    capture samples = {0};
+    if (capture_load(s, c, &samples, error) < 0) {
+        return -1;
+    }
+    bake_key *keys = bake_alloc((size_t)samples.count, sizeof *keys);
+    for (int i = 0; i < samples.count; i++) {
+        keys[i].time = samples.time[i];
+        keys[i].target[0] = samples.value[i];
+        keys[i].weight[0] = BAKE_HARD;
+    }
+    const bake_spline_problem cubic = {.end = {BAKE_END_ACCELERATION, BAKE_END_ACCELERATION}};
+    bake_spline_report report;
+    int err = bake_spline_solve(&cubic, keys, samples.count, out, &report, error);
+    free(keys);
+    capture_free(&samples);
+    return err;
+}
+
+static int keyed_curve(const scene_curve *c, bake_key *keys, bake_curve *out,
+                       bake_spline_report *report, bake_error *error)
+{
+    int periodic = c->end[0] == BAKE_END_PERIODIC;
+    switch (c->kind) {
+    case CURVE_HELD:
+        return bake_curve_held(keys, c->key_count, keys[c->key_count - 1].time, out, error);
+    case CURVE_LINEAR:
+        return bake_curve_linear(keys, c->key_count, out, error);
+    case CURVE_BSPLINE:
+        return bake_curve_bspline(keys, c->key_count, periodic, out, error);
+    default: {
+        bake_spline_problem p = {.mode = c->mode};
+        memcpy(p.end, c->end, sizeof p.end);
+        memcpy(p.end_value, c->end_value, sizeof p.end_value);
+        p.alpha = c->regularise[0];
+        p.beta = c->regularise[1];
+        p.gamma = c->regularise[2];
+        return bake_spline_solve(&p, keys, c->key_count, out, report, error);
+    }
+    }
+}
+
+/* Key times move to the tick grid before the spline is solved, so that it hits its keys there. */
+static int make_curve(const scene *s, const scene_curve *c, int rate, bake_curve *out,
+                      bake_spline_report *report, bake_error *error)
+{
+    if (c->kind == CURVE_CAPTURED) {
+        return 0; /* made earlier: the duration depends on it */
+    }
+    bake_key *keys = bake_alloc((size_t)c->key_count, sizeof *keys);
+    int err = 0;
+    for (int k = 0; k < c->key_count && err == 0; k++) {
+        keys[k] = c->keys[k];
+        keys[k].time = floor(c->keys[k].time * rate + 0.5) / rate;
+        if (k > 0 && keys[k].time <= keys[k - 1].time) {
+            err = bake_fail(error, "keys %d and %d fall on the same tick of 1/%d s: move one, or set a "
+                            "higher tick_rate", k, k + 1, rate);
+        }
+    }
+    if (err == 0) {
+        err = keyed_curve(c, keys, out, report, error);
+    }
+    free(keys);
+    if (err < 0) {
+        bake_error inner = *error;
+        return bake_fail(error, "%s:%d: channel %s: %s", s->path, c->line,
+                         s->channels[c->channel].name, inner.text);
+    }
+    return 0;
+}
+
+static double longest(const scene_clip *clip, const author_clip *a)
+{
+    double end = 0;
+    for (int i = 0; i < clip->curve_count; i++) {
+        const scene_curve *c = &clip->curves[i];
+        if (c->kind == CURVE_CAPTURED) {
+            end = fmax(end, a->curve[i].segment[a->curve[i].count - 1].t1);
+        } else {
+            end = fmax(end, c->keys[c->key_count - 1].time);
+        }
+    }
+    return end;
+}
+
+int author_clip_make(const scene *s, int index, author_clip *out, bake_error *error)
+{
+    const scene_clip *clip = &s->clips[index];
+    int err = 0;
+    memset(out, 0, sizeof *out);
+    out->count = clip->curve_count;
+    out->curve = bake_alloc((size_t)clip->curve_count + 1, sizeof *out->curve);
+    out->report = bake_alloc((size_t)clip->curve_count + 1, sizeof *out->report);
+    for (int i = 0; i < clip->curve_count && err == 0; i++) {
+        if (clip->curves[i].kind == CURVE_CAPTURED) {
+            err = capture_curve(s, &clip->curves[i], &out->curve[i], error);
+        }
+    }
+    if (err == 0) {
+        double duration = clip->duration > 0 ? clip->duration : longest(clip, out);
+        out->rate = duration > 0 ? choose_rate(s, clip, duration) : 0;
+        if (out->rate == 0) {
+            err = bake_fail(error, "%s:%d: clip %s lasts %g s: a clip has 1 to %g ticks, so set a duration "
+                            "or a lower tick_rate, or split it", s->path, clip->line, clip->name,
+                            duration, TICKS_MAX);
+        } else {
+            out->ticks = (int)fmax(1, floor(duration * out->rate + 0.5));
+        }
+    }
+    for (int i = 0; i < clip->curve_count && err == 0; i++) {
+        err = make_curve(s, &clip->curves[i], out->rate, &out->curve[i], &out->report[i], error);
+    }
+    if (err < 0) {
+        author_clip_free(out);
+    }
+    return err;
+}
+
+void author_clip_free(author_clip *c)
+{
+    for (int i = 0; i < c->count; i++) {
+        bake_curve_free(&c->curve[i]);
+    }
+    free(c->curve);
+    free(c->report);
+    memset(c, 0, sizeof *c);
+}

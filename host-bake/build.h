@@ -1,0 +1,33 @@
+/* The whole bake: a scene becomes the bytes of a clip file, with all that the certificate compares.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#ifndef BAKE_BUILD_H
+#define BAKE_BUILD_H
+
+#include "author.h"
+#include "track.h"
+
+typedef struct {
+    const scene *scene;
+    author_clip *clip;    /* scene.clip_count: the exact curves */
+    bake_track **track;   /* [clip][curve] */
+    int *frac;            /* a channel */
+    double *tolerance;    /* a channel, in its unit */
+    double *range;        /* a channel: largest minus smallest value over all clips */
+    bytes file;
+} build;
+
+/* Progress on stderr when `verbose` and it is a terminal. */
+int build_make(const scene *s, int verbose, build *out, bake_error *error);
+void build_free(build *b);
+
+/* Packs tracks and tables into b->file (SPEC 3, 4). */
+int build_pack(build *b, bake_error *error);
+
+/* The same clip as C for people who link it into flash: sizes and names, and the bytes. */
+void build_header_text(const build *b, const char *stem, bytes *out);
+void build_source_text(const build *b, const char *stem, bytes *out);
+
+/* Writes `count` bytes under a temporary name and renames it: a reader never sees half a file. */
+int file_replace(const char *path, const void *data, size_t count, bake_error *error);
+
+#endif

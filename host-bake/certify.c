@@ -1,0 +1,254 @@
+/* The certificate: replays the finished file with the real player.
+ * Source: own (DESIGN 1, promise 4).
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "certify.h"
+#include "fit.h"
+#include "record.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *servo_unit(int protocol)
+{
+    return protocol == (int)WG_PROTOCOL_DYNAMIXEL2 || protocol == (int)WG_PROTOCOL_NONE ? "steps"
+                                                                                        : "us";
+}
+
+double servo_scale(int protocol)
+{
+    return protocol == (int)WG_PROTOCOL_DYNAMIXEL2 || protocol == (int)WG_PROTOCOL_NONE ? 1 : 0.25;
+}
+
+static const uint8_t *track_record(const wg_file *file, int clip, int curve)
+{
+    const uint8_t *c = clip_record(file, clip);
+    return record(file, WG_SECTION_TRACKS, get16(c + WG_CLIP_TRACK_FIRST) + curve,
+                     WG_TRACK_BYTES);
+}
+
+static int channel_frac(const wg_file *file, int channel)
+{
+    return (int8_t)get8(
+        record(file, WG_SECTION_CHANNELS, channel, WG_CHANNEL_BYTES));
+}
+
+/* The file must be a bake of this scene, or there is nothing to compare. */
+static int check_match(const build *b, const wg_file *file, bake_error *error)
+{
+    const scene *s = b->scene;
+    int good = file->section[WG_SECTION_CHANNELS].count == s->channel_count &&
+               file->section[WG_SECTION_CLIPS].count == s->clip_count &&
+               file->section[WG_SECTION_SERVOS].count == s->servo_count;
+    for (int i = 0; good && i < s->clip_count; i++) {
+        const uint8_t *c = clip_record(file, i);
+        good = get16(c + WG_CLIP_TRACK_COUNT) == s->clips[i].curve_count &&
+               get16(c + WG_CLIP_TICKS) == b->clip[i].ticks &&
+               get16(c + WG_CLIP_RATE) == b->clip[i].rate;
+        for (int j = 0; good && j < s->clips[i].curve_count; j++) {
+            good = get16(track_record(file, i, j)) == s->clips[i].curves[j].channel;
+        }
+    }
+    return good ? 0
+                : bake_fail(error, "%s: the clip was not baked from this scene (other clips, channels or "
+                            "lengths): bake it again", s->path);
+}
+
+static void count_runs(const wg_file *file, const uint8_t *track, certificate_channel *c)
+{
+    c->runs = get16(track + WG_TRACK_RUN_COUNT);
+    for (int i = 0; i < c->runs; i++) {
+        const uint8_t *run =
+            record(file, WG_SECTION_RUNS, get16(track + WG_TRACK_RUN_FIRST) + i,
+                      WG_RUN_BYTES);
+        int segments = get16(run + WG_RUN_SEGMENTS);
+        c->segments += segments;
+        c->waves += get8(run + WG_RUN_KIND) > (int)WG_KIND_CUBIC ? segments : 0;
+    }
+}
+
+/* Every quarter tick, but no more than 200,000 places of a clip. */
+static void replay_channel(const build *b, const wg_file *file, certificate_channel *c)
+{
+    const author_clip *a = &b->clip[c->clip];
+    const fit_problem p = {.curve = &a->curve[c->curve], .rate = a->rate};
+    const uint8_t *head = clip_record(file, c->clip);
+    uint16_t track = (uint16_t)(get16(head + WG_CLIP_TRACK_FIRST) + c->curve);
+    int frac = channel_frac(file, c->channel), places = 4 * a->ticks;
+    double sum = 0;
+    places = places > 200000 ? 200000 : places;
+    for (int i = 0; i < places; i++) {
+        uint32_t position = (uint32_t)(65536.0 * a->ticks * i / places);
+        double value, slope;
+        fit_truth(&p, position / 65536.0, &value, &slope);
+        double e = fabs(ldexp(wg_track_value(file, track, position), -frac) - value);
+        sum += e * e;
+        if (e > c->largest) {
+            c->largest = e;
+            c->when = position / 65536.0 / a->rate;
+        }
+    }
+    c->rms = sqrt(sum / places);
+}
+
+#define FRAME_US 20000
+
+/* The servo's position in its own units, not rounded and not limited. */
+static double servo_at(const wg_file *file, int servo, int32_t raw)
+{
+    const uint8_t *r = record(file, WG_SECTION_SERVOS, servo, WG_SERVO_BYTES);
+    double gain = ldexp((int16_t)get16(r + WG_SERVO_GAIN), -get8(r + WG_SERVO_GAIN_SHIFT));
+    return ((int32_t)get32(r + WG_SERVO_OFFSET) + raw * gain) / 256;
+}
+
+/* Peaks of the differences of four successive frames p[0..3]. */
+static void peaks(const double p[4], int known, certificate_servo *c)
+{
+    const double dt = FRAME_US * 1e-6;
+    if (known > 1) {
+        c->velocity = fmax(c->velocity, fabs(p[3] - p[2]) / dt);
+    }
+    if (known > 2) {
+        c->acceleration = fmax(c->acceleration, fabs(p[3] - 2 * p[2] + p[1]) / (dt * dt));
+    }
+    if (known > 3) {
+        c->jerk = fmax(c->jerk, fabs(p[3] - 3 * p[2] + 3 * p[1] - p[0]) / (dt * dt * dt));
+    }
+}
+
+/* Limits that the frame before last to last exceed: the limiter would alter this frame. */
+static int is_limited(const scene_servo *s, const double p[4], int known)
+{
+    const double dt = FRAME_US * 1e-6;
+    return (known > 1 && s->velocity > 0 && fabs(p[3] - p[2]) > s->velocity * dt * 1.001) ||
+           (known > 2 && s->acceleration > 0 &&
+            fabs(p[3] - 2 * p[2] + p[1]) > s->acceleration * dt * dt * 1.001);
+}
+
+/* A looping clip is followed over its seam. */
+static void replay_servo(const build *b, const wg_file *file, certificate_servo *c)
+{
+    const scene_servo *s = &b->scene->servos[c->servo];
+    uint64_t end_us = get32(clip_record(file, c->clip) + WG_CLIP_US);
+    int loops = b->scene->clips[c->clip].end == (int)WG_END_LOOP;
+    uint64_t frames = end_us / FRAME_US + (loops ? 4 : 0);
+    int32_t *values = bake_alloc((size_t)b->scene->channel_count, sizeof *values);
+    double p[4] = {0}, scale = servo_scale(s->protocol);
+    int known = 0;
+    c->low = HUGE_VAL;
+    c->high = -HUGE_VAL;
+    for (uint64_t f = 0; f <= frames; f++) {
+        uint64_t t = f * FRAME_US;
+        wg_clip_sample(file, (uint8_t)c->clip, (uint32_t)(loops ? t % end_us : t), values, NULL);
+        memmove(p, p + 1, 3 * sizeof *p);
+        p[3] = servo_at(file, c->servo, values[s->channel]);
+        known += known < 4;
+        c->low = fmin(c->low, p[3]);
+        c->high = fmax(c->high, p[3]);
+        c->clipped += p[3] < s->min - 0.5 || p[3] > s->max + 0.5;
+        c->limited += is_limited(s, p, known);
+        peaks(p, known, c);
+    }
+    c->low *= scale;
+    c->high *= scale;
+    c->velocity *= scale;
+    c->acceleration *= scale;
+    c->jerk *= scale;
+    free(values);
+}
+
+/* 32-bit multiplications and divisions of one evaluation, counted in firmware/player/curve.c. */
+static void count_operations(const wg_file *file, int clip, certificate *c)
+{
+    static const int MULTIPLY[WG_KIND_COUNT] = {4, 4, 6, 23, 16, 15, 22, 13};
+    static const int DIVIDE[WG_KIND_COUNT] = {1, 1, 1, 0, 1, 1, 0, 1};
+    const uint8_t *head = clip_record(file, clip);
+    int rounds = 0, multiply = 0, divide = 0;
+    for (int j = 0; j < get16(head + WG_CLIP_TRACK_COUNT); j++) {
+        const uint8_t *track = track_record(file, clip, j);
+        int runs = get16(track + WG_TRACK_RUN_COUNT), most[3] = {0};
+        for (int i = 0; i < runs; i++) {
+            const uint8_t *run =
+                record(file, WG_SECTION_RUNS, get16(track + WG_TRACK_RUN_FIRST) + i,
+                          WG_RUN_BYTES);
+            int kind = get8(run + WG_RUN_KIND);
+            int need = (int)ceil(log2(get16(run + WG_RUN_SEGMENTS)));
+            most[0] = need > most[0] ? need : most[0];
+            most[1] = MULTIPLY[kind] > most[1] ? MULTIPLY[kind] : most[1];
+            most[2] = DIVIDE[kind] > most[2] ? DIVIDE[kind] : most[2];
+        }
+        rounds += most[0] + (int)ceil(log2(runs));
+        multiply += most[1] + 1; /* and the layer's weight */
+        divide += most[2];
+    }
+    if (multiply > c->multiplications) {
+        c->search_rounds = rounds;
+        c->multiplications = multiply;
+        c->divisions = divide;
+    }
+}
+
+/* wg_file, wg_player, wg_layer, wg_servo on a 32-bit processor: tests/fw_cost.c asserts the sizes. */
+static size_t ram(const scene *s)
+{
+    size_t layers = s->layer_count > 0 ? (size_t)s->layer_count : 1;
+    return 13 * 12 + 16 + 48 * layers + 4 * (size_t)s->channel_count +
+           12 * (size_t)s->servo_count;
+}
+
+static void certify_clip(const build *b, const wg_file *file, int i, certificate *c)
+{
+    const scene *s = b->scene;
+    for (int j = 0; j < s->clips[i].curve_count; j++) {
+        certificate_channel *h = &c->channel[c->channel_count++];
+        h->clip = i;
+        h->curve = j;
+        h->channel = s->clips[i].curves[j].channel;
+        h->tolerance = b->tolerance[h->channel];
+        h->range = b->range[h->channel];
+        count_runs(file, track_record(file, i, j), h);
+        replay_channel(b, file, h);
+        c->failed += h->largest > h->tolerance;
+        for (int k = 0; k < s->servo_count && !s->clips[i].additive; k++) {
+            if (s->servos[k].channel == h->channel) {
+                certificate_servo *v = &c->servo[c->servo_count++];
+                v->clip = i;
+                v->servo = k;
+                v->error = h->largest * fabs(s->servos[k].gain) * servo_scale(s->servos[k].protocol);
+                replay_servo(b, file, v);
+            }
+        }
+    }
+    count_operations(file, i, c);
+}
+
+int certify(const build *b, const wg_file *file, size_t file_bytes, certificate *c, bake_error *error)
+{
+    const scene *s = b->scene;
+    size_t curves = 1;
+    memset(c, 0, sizeof *c);
+    if (check_match(b, file, error) < 0) {
+        return -1;
+    }
+    for (int i = 0; i < s->clip_count; i++) {
+        curves += (size_t)s->clips[i].curve_count;
+    }
+    c->channel = bake_alloc(curves, sizeof *c->channel);
+    c->servo = bake_alloc(curves * ((size_t)s->servo_count + 1), sizeof *c->servo);
+    c->file_bytes = file_bytes;
+    c->ram_bytes = ram(s);
+    for (unsigned k = 1; k <= WG_SECTION_KNOWN; k++) {
+        c->section_bytes[k] = file->section[k].bytes;
+    }
+    for (int i = 0; i < s->clip_count; i++) {
+        certify_clip(b, file, i, c);
+    }
+    return 0;
+}
+
+void certificate_free(certificate *c)
+{
+    free(c->channel);
+    free(c->servo);
+    memset(c, 0, sizeof *c);
+}

@@ -1,0 +1,53 @@
+/* The commands of `wiggly`, one file each.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#ifndef BAKE_COMMAND_H
+#define BAKE_COMMAND_H
+
+#include "bake.h"
+#include "wiggly.h"
+
+/* Exit codes. */
+#define EXIT_DONE      0
+#define EXIT_FAILED    1 /* an input is wrong, a solve failed, a file cannot be written */
+#define EXIT_USAGE     2
+#define EXIT_TOLERANCE 3 /* baked, but a channel misses its tolerance */
+
+/* One accepted option: "--png" with or without a value. */
+typedef struct {
+    const char *name;
+    int takes_value;
+    const char *value; /* given: the value, or "" without one; else NULL */
+} option;
+
+/* Sorts argv into options and up to `most` plain words; -1 and a message on anything unknown. */
+int options_parse(int argc, char **argv, option *options, const char **words, int most,
+                  bake_error *error);
+const char *option_value(const option *options, const char *name);
+/* A positive number, or `otherwise` when the option is absent; -1 and a message if it is neither. */
+double option_number(const option *options, const char *name, double otherwise, bake_error *error);
+
+int command_bake(int argc, char **argv, bake_error *error);
+int command_check(int argc, char **argv, bake_error *error);
+int command_info(int argc, char **argv, bake_error *error);
+int command_play(int argc, char **argv, bake_error *error);
+
+/* A clip from disk, opened by the player. The words own the bytes. */
+typedef struct {
+    uint32_t *words;
+    size_t size;
+    wg_file file;
+} clip_disk;
+
+int clip_read(const char *path, clip_disk *out, bake_error *error);
+void clip_release(clip_disk *c);
+
+/* What went wrong when wg_open refused a file. */
+const char *clip_complaint(int code);
+
+/* Name `index` of the NAMES section, or "" where there is none: channels, clips, servos, layers, events. */
+typedef enum { NAME_CHANNEL, NAME_CLIP, NAME_SERVO, NAME_LAYER, NAME_EVENT } name_kind;
+const char *clip_name(const wg_file *file, name_kind kind, int index);
+
+double channel_unit(const wg_file *file, int channel, int32_t raw); /* raw to the channel's unit */
+
+#endif

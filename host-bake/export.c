@@ -1,0 +1,88 @@
+/* The clip as C source and header, and files written whole or not at all.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "build.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* #define CLIP_<group>_<NAME> index, with what C does not allow in a name replaced by _. */
+static void add_index(bytes *out, const char *group, const char *name, int index)
+{
+    put_text(out, "#define CLIP_%s_", group);
+    for (const char *p = name; *p; p++) {
+        put8(out, isalnum((unsigned char)*p) ? (uint32_t)toupper((unsigned char)*p) : '_');
+    }
+    put_text(out, " %d\n", index);
+}
+
+static uint64_t longest_us(const build *b)
+{
+    uint64_t most = 0;
+    for (int i = 0; i < b->scene->clip_count; i++) {
+        uint64_t us = (uint64_t)b->clip[i].ticks * 1000000u / (uint64_t)b->clip[i].rate;
+        most = us > most ? us : most;
+    }
+    return most;
+}
+
+void build_header_text(const build *b, const char *stem, bytes *out)
+{
+    const scene *s = b->scene;
+    put_text(out, "/* Baked from %s by wiggly: sizes and names of the clip in %s.c. Do not edit. */\n",
+        s->name ? s->name : stem, stem);
+    put_text(out, "#ifndef CLIP_H\n#define CLIP_H\n\n#include <stdint.h>\n\n");
+    put_text(out, "#define CLIP_BYTES %zu\n#define CLIP_CHANNELS %d\n#define CLIP_CLIPS %d\n", b->file.count,
+        s->channel_count, s->clip_count);
+    put_text(out, "#define CLIP_LAYERS %d\n#define CLIP_SERVOS %d\n#define CLIP_EVENTS %d\n",
+        s->layer_count > 0 ? s->layer_count : 1, s->servo_count, s->event_name_count);
+    put_text(out, "#define CLIP_DURATION_US %lluul /* of the longest clip */\n",
+        (unsigned long long)longest_us(b));
+    put_text(out, "#define CLIP_TICK_US 20000ul\n#define CLIP_FRAMES (CLIP_DURATION_US / CLIP_TICK_US + 1ul)\n\n");
+    for (int i = 0; i < s->channel_count; i++) {
+        add_index(out, "CHANNEL", s->channels[i].name, i);
+    }
+    for (int i = 0; i < s->clip_count; i++) {
+        add_index(out, "CLIP", s->clips[i].name, i);
+    }
+    for (int i = 0; i < s->layer_count; i++) {
+        add_index(out, "LAYER", s->layers[i].name, i);
+    }
+    for (int i = 0; i < s->event_name_count; i++) {
+        add_index(out, "EVENT", s->event_names[i], i);
+    }
+    put_text(out, "\n/* On AVR it lies in program memory: read it through the player only. */\n"
+             "extern const uint32_t clip_words[];\n#define CLIP_DATA ((const void *)clip_words)\n\n#endif\n");
+}
+
+void build_source_text(const build *b, const char *stem, bytes *out)
+{
+    put_text(out, "/* Baked by wiggly: the clip's bytes as little-endian words. Do not edit. */\n");
+    put_text(out, "#include \"%s.h\"\n#include \"wg_mem.h\"\n\nWG_TABLE const uint32_t clip_words[] = {", stem);
+    for (size_t i = 0; i + 4 <= b->file.count; i += 4) {
+        const uint8_t *p = b->file.at + i;
+        put_text(out, "%s0x%02x%02x%02x%02x,", i % 32 == 0 ? "\n    " : " ", p[3], p[2], p[1], p[0]);
+    }
+    put_text(out, "\n};\n");
+}
+
+int file_replace(const char *path, const void *data, size_t count, bake_error *error)
+{
+    size_t size = strlen(path) + 16;
+    char *temporary = bake_alloc(size, 1);
+    snprintf(temporary, size, "%s.%ld.tmp", path, (long)getpid());
+    FILE *f = fopen(temporary, "wb");
+    int good = f != NULL && fwrite(data, 1, count, f) == count;
+    good = f != NULL && fclose(f) == 0 && good;
+    good = good && rename(temporary, path) == 0;
+    int reason = errno;
+    if (!good) {
+        remove(temporary);
+        bake_fail(error, "%s: cannot be written: %s", path, strerror(reason));
+    }
+    free(temporary);
+    return good ? 0 : -1;
+}
