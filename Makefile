@@ -67,7 +67,7 @@ IMAGE   := $(CLIP_B)/$(basename $(notdir $(PROGRAM))).elf
 HAL_O   := $(patsubst %,$B/%.o,$(basename $(wildcard $(HAL:%=hal/%/*.[cS]))))
 HAL_I   := -Ihal -Ihal/bare -Iboards/$(BOARD)
 IMAGE_I := $(PURE_I) -I$(CLIP_B) -Ifirmware/device -Ihal
-.PHONY: image tools
+.PHONY: image tools stack test-boards
 image: $(IMAGE) ## firmware for BOARD with CLIP=x.wgl linked in; FRAMES=0 never stops
 run: image tools ## runs the image on its emulator; the bus goes to $(CLIP_B)/bus.bin
 	/usr/bin/python3 tests/tools/run_board.py $(BOARD) $(IMAGE) --bus $(CLIP_B)/bus.bin $(RUN)
@@ -92,6 +92,14 @@ $(IMAGE): $(PROGRAM) $(CLIP_B)/clip.c $(HAL_O) $B/libdevice.a $B/libplayer.a FOR
 	$(CC) $(filter-out -MMD -MP,$(CFLAGS)) $(IMAGE_I) -DBOARD_FRAMES=$(FRAMES) \
 	    $(filter-out FORCE,$^) -Wl,--gc-sections $(LD) -o $@
 FORCE:
+pure: player device ## player and device need nothing but integer helpers, for BOARD
+	tests/tools/pure.sh $(CROSS)nm $B/libplayer.a $B/libdevice.a
+stack: image ## worst-case stack of the firmware, for BOARD (GCC 10 or later: not the AVR)
+	/usr/bin/python3 tests/tools/stack.py --image $(IMAGE) --cross "$(CROSS)" --root reset \
+	    --root wg_open --root wg_player_update --root wg_player_sample --root wg_servo_step \
+	    $B/firmware $B/hal $(IMAGE)-*.ci
+test-boards: ## every board, emulated, against the host: CLIP=x.wgl
+	/usr/bin/python3 tests/test_boards.py $(CLIP)
 
 clean: ## removes build/
 	rm -rf build

@@ -69,8 +69,9 @@ static int fit_clip(build *b, int i, bake_error *error)
     const scene *s = b->scene;
     for (int j = 0; j < s->clips[i].curve_count; j++) {
         const scene_curve *c = &s->clips[i].curves[j];
-        const fit_problem p = {&b->clip[i].curve[j], c->kind,          b->clip[i].rate,
-                               b->clip[i].ticks,     b->frac[c->channel], b->tolerance[c->channel]};
+        const fit_problem p = {&b->clip[i].curve[j], &c->mode,          c->kind,
+                               b->clip[i].rate,      b->clip[i].ticks, b->frac[c->channel],
+                               b->tolerance[c->channel]};
         if (fit_track(&p, &b->track[i][j], error) < 0) {
             bake_error inner = *error;
             return bake_fail(error, "%s:%d: clip %s, channel %s: %s", s->path, c->line,

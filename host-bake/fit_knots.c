@@ -1,22 +1,21 @@
-/* Curves as cubic Hermite pieces: where to put the knots, and how to round them.
- * Source: own. Greedy: each piece is made as long as the tolerance allows; with free values a last least-squares
- * pass over all knots spends what tolerance is left on smaller errors.
+/* Curves as cubic Hermite pieces with the curve's own values and slopes, and how to round knots.
+ * Source: own. Greedy: each piece is made as long as the tolerance allows.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "fit.h"
 
-#include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* Share of the tolerance for the shape; the rest is for rounding knots to 16 bits. */
-#define SHAPE_SHARE 0.85
+#define SHAPE_SHARE 0.92
 
 void fit_truth(const fit_problem *p, double tick, double *value, double *slope)
 {
     double out[4], t = tick / p->rate;
     const bake_segment *last = &p->curve->segment[p->curve->count - 1];
-    if (t > last->t1 - 1e-9) { /* tick / rate may lie a rounding beyond the end, where slopes are 0 */
+    if (t >
+        last->t1 - 1e-9) { /* tick / rate may lie a rounding beyond the end, where slopes are 0 */
         bake_segment_eval(last, last->t1, out);
     } else {
         bake_curve_eval(p->curve, t, out);
@@ -33,7 +32,7 @@ void fit_knots_free(fit_knots *k)
     memset(k, 0, sizeof *k);
 }
 
-static void add_knot(fit_knots *k, int tick, double value, double slope)
+void fit_knots_add(fit_knots *k, int tick, double value, double slope)
 {
     size_t n = (size_t)k->count + 1;
     k->tick = bake_grow(k->tick, n, sizeof *k->tick);
@@ -44,8 +43,7 @@ static void add_knot(fit_knots *k, int tick, double value, double slope)
     k->slope[k->count++] = slope;
 }
 
-/* Cubic Hermite basis at u for a piece of h ticks: of v0, m0 (by ticks), v1, m1. */
-static void hermite(double u, double h, double b[4])
+void fit_hermite(double u, double h, double b[4])
 {
     b[0] = (1 + 2 * u) * (1 - u) * (1 - u);
     b[1] = u * (1 - u) * (1 - u) * h;
@@ -57,6 +55,13 @@ static void hermite(double u, double h, double b[4])
 typedef struct {
     double v, m;
 } knot;
+
+static knot true_knot(const fit_problem *p, int tick)
+{
+    knot k;
+    fit_truth(p, tick, &k.v, &k.m);
+    return k;
+}
 
 /* Places looked at in a piece of h ticks: every tick of short ones, 96 of long ones. */
 static int look_count(int h)
@@ -70,58 +75,20 @@ static double piece_error(const fit_problem *p, int first, int last, knot a, kno
     int n = look_count(last - first);
     for (int i = 0; i <= n; i++) {
         double f[4], value, slope;
-        hermite((double)i / n, h, f);
+        fit_hermite((double)i / n, h, f);
         fit_truth(p, first + h * i / n, &value, &slope);
         worst = fmax(worst, fabs(f[0] * a.v + f[1] * a.m + f[2] * b.v + f[3] * b.m - value));
     }
     return worst;
 }
 
-/* The right knot that fits [first, last] best by least squares when the left one is given. A third of the
- * weight looks beyond `last`, so that a piece does not spoil the start of the next one. */
-static knot best_right(const fit_problem *p, int first, int last, knot a)
-{
-    double A[4] = {0}, r[2] = {0}, h = last - first;
-    int n = look_count(last - first);
-    for (int i = 0; i <= n; i++) {
-        double f[4], value, slope;
-        hermite((double)i / n, h, f);
-        fit_truth(p, first + h * i / n, &value, &slope);
-        double left = value - f[0] * a.v - f[1] * a.m, g = f[3] / h;
-        A[0] += f[2] * f[2];
-        A[1] += f[2] * g;
-        A[3] += g * g;
-        r[0] += f[2] * left;
-        r[1] += g * left;
-    }
-    double det = A[0] * A[3] - A[1] * A[1];
-    knot b = {(A[3] * r[0] - A[1] * r[1]) / det, (A[0] * r[1] - A[1] * r[0]) / det / h};
-    double value, slope;
-    fit_truth(p, last, &value, &slope);
-    b.v = (2 * b.v + value) / 3;
-    return b;
-}
-
-static knot right_knot(const fit_problem *p, int first, int last, knot a, int free_values)
-{
-    knot b;
-    fit_truth(p, last, &b.v, &b.m);
-    if (free_values) {
-        knot c = best_right(p, first, last, a);
-        if (piece_error(p, first, last, a, c) < piece_error(p, first, last, a, b)) {
-            return c;
-        }
-    }
-    return b;
-}
-
 /* The longest piece from `first` within the tolerance: doubling, then halving the step. */
-static int longest(const fit_problem *p, int first, int last, knot a, int free_values)
+static int longest(const fit_problem *p, int first, int last, knot a)
 {
     double limit = SHAPE_SHARE * p->tolerance;
     int good = 0, step = 1;
     while (first + good + step <= last) {
-        knot b = right_knot(p, first, first + good + step, a, free_values);
+        knot b = true_knot(p, first + good + step);
         if (piece_error(p, first, first + good + step, a, b) > limit) {
             break;
         }
@@ -131,79 +98,30 @@ static int longest(const fit_problem *p, int first, int last, knot a, int free_v
     for (; step > 0; step /= 2) {
         int end = first + good + step;
         if (end <= last) {
-            knot b = right_knot(p, first, end, a, free_values);
-            good += piece_error(p, first, end, a, b) <= limit ? step : 0;
+            good += piece_error(p, first, end, a, true_knot(p, end)) <= limit ? step : 0;
         }
     }
     return good;
 }
 
-/* Adds one look at piece j with unknowns (v, h m) of its two knots to the banded normal equations
- * (LAPACK upper band storage, 3 superdiagonals, column-major, row 3 = diagonal). */
-static void add_look(double *band, double *rhs, int j, const double f[4], double value)
+int fit_knots_find(const fit_problem *p, int first, int last, fit_knots *k, bake_error *error)
 {
-    for (int r = 0; r < 4; r++) {
-        rhs[2 * j + r] += f[r] * value;
-        for (int c = r; c < 4; c++) {
-            band[(2 * j + c) * 4 + 3 - (c - r)] += f[r] * f[c];
-        }
-    }
-}
-
-/* All knots at once by least squares; keeps the better of before and after by largest error. */
-static void polish(const fit_problem *p, fit_knots *k)
-{
-    int n = 2 * k->count;
-    double *band = bake_alloc((size_t)n * 4, sizeof *band), *x = bake_alloc((size_t)n, sizeof *x);
-    double before = 0, after = 0;
-    for (int j = 0; j + 1 < k->count; j++) {
-        double h = k->tick[j + 1] - k->tick[j];
-        int looks = look_count((int)h);
-        for (int i = 0; i <= looks; i++) {
-            double f[4], value, slope;
-            hermite((double)i / looks, h, f);
-            fit_truth(p, k->tick[j] + h * i / looks, &value, &slope);
-            add_look(band, x, j, f, value);
-        }
-    }
-    if (LAPACKE_dpbsv(LAPACK_COL_MAJOR, 'U', n, 3, 1, band, 4, x, n) == 0) {
-        for (int j = 0; j + 1 < k->count; j++) {
-            knot a = {k->value[j], k->slope[j]}, b = {k->value[j + 1], k->slope[j + 1]};
-            knot c = {x[2 * j], x[2 * j + 1]}, d = {x[2 * j + 2], x[2 * j + 3]};
-            before = fmax(before, piece_error(p, k->tick[j], k->tick[j + 1], a, b));
-            after = fmax(after, piece_error(p, k->tick[j], k->tick[j + 1], c, d));
-        }
-        for (int j = 0; after < before && j < k->count; j++) {
-            k->value[j] = x[2 * j];
-            k->slope[j] = x[2 * j + 1];
-        }
-    }
-    free(band);
-    free(x);
-}
-
-int fit_knots_find(const fit_problem *p, int first, int last, int free_values, fit_knots *k,
-                   bake_error *error)
-{
-    knot a;
+    knot a = true_knot(p, first);
     memset(k, 0, sizeof *k);
-    fit_truth(p, first, &a.v, &a.m);
-    add_knot(k, first, a.v, a.m);
+    fit_knots_add(k, first, a.v, a.m);
     while (first < last) {
-        int h = longest(p, first, last, a, free_values);
+        int h = longest(p, first, last, a);
         if (h == 0) {
             fit_knots_free(k);
-            return bake_fail(error,
-                             "the curve changes within one tick at %.4f s by more than the tolerance %g: "
-                             "raise the tolerance or the tick_rate (now %d a second)",
-                             (double)first / p->rate, p->tolerance, p->rate);
+            return bake_fail(
+                error,
+                "the curve changes within one tick at %.4f s by more than the tolerance %g: "
+                "raise the tolerance or the tick_rate (now %d a second)",
+                (double)first / p->rate, p->tolerance, p->rate);
         }
-        a = right_knot(p, first, first + h, a, free_values);
         first += h;
-        add_knot(k, first, a.v, a.m);
-    }
-    if (free_values && k->count > 2) {
-        polish(p, k);
+        a = true_knot(p, first);
+        fit_knots_add(k, first, a.v, a.m);
     }
     return 0;
 }
@@ -215,7 +133,7 @@ double fit_run_error(const fit_problem *p, const track_run *run)
     double worst = 0;
     replay_open(&r, &lone);
     for (int k = 0, start = run->start; k < run->segments; start = run->end[k++]) {
-        int h = run->end[k] - start, n = look_count(h);
+        int h = run->end[k] - start, n = 33 + 2 * (h < 1000 ? h : 1000);
         for (int i = 0; i < n; i++) {
             uint32_t position = (uint32_t)(65536.0 * (start + (double)h * i / n));
             double value, slope;

@@ -1,6 +1,8 @@
 /* Exact pieces of a wiggly spline as integer waves.
  * Source: SPEC 4.4, 6.3; Schulz 2013, 2.5.1 for the families. The rates are rounded first and the
- * coefficients fitted to what is stored, so that the rounding of a rate does not reach the keys.
+ * coefficients fitted to what is stored, so that the rounding of a rate does not reach the keys. The
+ * kind follows from the mode alone: the solver's HYP and SERIES segments are in the same space and join
+ * the runs of their neighbours where 16 bits carry their coefficients.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "fit.h"
 
@@ -13,13 +15,17 @@
  * differ by at most (rate H)^2/8 = 2^-15 of the amplitude, and sinh would lose its bits in u - v. */
 #define FLAT (1.0 / 64)
 
+/* Rates a tick that the format's 32 bits hold: below half a turn, below 2^8 bits. */
+#define TURN_MOST  3.1
+#define DECAY_MOST 170
+
 /* What the stored integers say: rates by ticks. */
 typedef struct {
     int kind;
     double kappa[2]; /* bits a tick of the exponential pairs */
     double turns;    /* turns a tick of the trigonometric pair */
     int sinh_shift[2];
-} wave;
+} pairs;
 
 static uint32_t stored(double value, double scale)
 {
@@ -44,22 +50,22 @@ static int sinh_shift(double kappa, int longest)
     return shift;
 }
 
-/* Kind, parameters and shifts for a family with rates a, b [1/s] and segments of up to `longest` ticks. */
-static void choose(const fit_problem *p, const bake_segment *s, int longest, track_run *run, wave *w)
+/* A run of the wave without segments: kind, base, parameters, shifts. */
+static void choose(const fit_problem *p, const fit_wave *wave, track_run *run, pairs *w)
 {
-    double half = 0.5 * longest / p->rate, bits = 1 / (log(2.0) * p->rate);
+    const bake_segment *s = &wave->like;
+    double half = 0.5 * wave->longest / p->rate, bits = 1 / (log(2.0) * p->rate);
     int flat_a = s->a * half < FLAT, flat_b = s->b * half < FLAT;
     memset(w, 0, sizeof *w);
-    run->param_count = 0;
-    run->kind = s->family == BAKE_CRIT ? (int)WG_KIND_CRIT
-                : s->family == BAKE_EXP
-                    ? (flat_b ? (int)WG_KIND_EXP0 : (int)WG_KIND_EXP)
-                    : (flat_a ? (int)WG_KIND_OSC0 : (int)WG_KIND_OSC);
-    run->aux = 0;
+    memset(run, 0, sizeof *run);
+    run->base = (int32_t)floor(ldexp(s->rest, p->frac) + 0.5);
+    run->kind = s->family == BAKE_CRIT  ? (int)WG_KIND_CRIT
+                : s->family == BAKE_EXP ? (flat_b ? (int)WG_KIND_EXP0 : (int)WG_KIND_EXP)
+                                        : (flat_a ? (int)WG_KIND_OSC0 : (int)WG_KIND_OSC);
     if (run->kind != (int)WG_KIND_OSC0) {
         add_param(run, s->a * bits, 16777216.0, s->a);
         w->kappa[0] = run->param[0] / 16777216.0;
-        w->sinh_shift[0] = sinh_shift(w->kappa[0], longest);
+        w->sinh_shift[0] = sinh_shift(w->kappa[0], wave->longest);
         run->aux = w->sinh_shift[0];
     }
     if (s->family == BAKE_OSC) {
@@ -68,13 +74,54 @@ static void choose(const fit_problem *p, const bake_segment *s, int longest, tra
     } else if (run->kind == (int)WG_KIND_EXP) {
         add_param(run, s->b * bits, 16777216.0, s->b);
         w->kappa[1] = run->param[2] / 16777216.0;
-        w->sinh_shift[1] = sinh_shift(w->kappa[1], longest);
+        w->sinh_shift[1] = sinh_shift(w->kappa[1], wave->longest);
         run->aux |= w->sinh_shift[1] << 4;
     }
     w->kind = run->kind;
 }
 
-static void exp_pair(const wave *w, int which, double dt, double h, double out[2])
+int fit_wave_head(const fit_problem *p, const fit_wave *wave)
+{
+    track_run run;
+    pairs w;
+    choose(p, wave, &run, &w);
+    return (int)WG_RUN_BYTES + 4 * run.param_count;
+}
+
+/* Beyond this ratio of half gap to rate a critical wave is no stand-in for two rates: it misses by
+ * about (gap/rate)^2 / 20 of the amplitude. */
+#define NEARLY_CRITICAL 0.3
+
+int fit_wave_candidates(const fit_problem *p, fit_wave waves[FIT_WAVES_MAX])
+{
+    double lambda = p->mode->lambda, delta = fabs(p->mode->delta);
+    double square = delta * delta - lambda, eta = sqrt(fabs(square)), fast = delta + eta;
+    bake_segment like = {.family = square < 0 ? BAKE_OSC : BAKE_EXP,
+                         .a = square < 0 ? delta : fast,
+                         .b = square < 0 ? eta : fabs(lambda) / fast,
+                         .rest = lambda == 0 ? 0 : -p->mode->g / lambda};
+    int longest = 0, n = 0;
+    for (int k = 0; k < p->curve->count; k++) {
+        longest = (int)fmax(longest, fit_tick(p, k + 1) - fit_tick(p, k));
+    }
+    if (fast == 0 || fabs(ldexp(like.rest, p->frac)) > (double)WG_VALUE_LIMIT ||
+        like.a > DECAY_MOST * p->rate || like.b > TURN_MOST * p->rate) {
+        return 0;
+    }
+    double wide = fmax(delta, eta), gap = fmin(delta, eta);
+    if (gap >= 1e-7 * wide) {
+        waves[n++] = (fit_wave){like, longest};
+    }
+    if (gap < NEARLY_CRITICAL * wide && (square >= 0 || delta > eta)) {
+        like.family = BAKE_CRIT;
+        like.a = wide;
+        like.b = 0;
+        waves[n++] = (fit_wave){like, longest};
+    }
+    return n;
+}
+
+static void exp_pair(const pairs *w, int which, double dt, double h, double out[2])
 {
     double v = exp2(-w->kappa[which] * dt), u = exp2(-w->kappa[which] * (h - dt));
     out[0] = (u + v) / 2;
@@ -88,7 +135,7 @@ static void unit_pair(double dt, double h, double out[2])
 }
 
 /* The four functions that multiply c[0..3] (SPEC 6.3, step 4). */
-static void basis(const wave *w, double dt, double h, double out[4])
+static void basis(const pairs *w, double dt, double h, double out[4])
 {
     double a[2], b[2];
     if (w->kind == (int)WG_KIND_OSC0) {
@@ -117,7 +164,7 @@ static void basis(const wave *w, double dt, double h, double out[4])
 #define SAMPLES_MAX 2048
 
 /* Samples a segment: enough for its oscillations, ends included. */
-static int sample_count(const wave *w, int h)
+static int sample_count(const pairs *w, int h)
 {
     int n = 25 + (int)(8 * w->turns * h);
     return n < SAMPLES_MAX ? n : SAMPLES_MAX;
@@ -153,17 +200,20 @@ static int solve(const double *B, const double *y, int n, int fixed, double c[4]
 
 /* Coefficients of curve segment k in raw units: real ones, or (unit > 0) rounded to multiples of it one
  * after the other, each rounding being compensated by those still free. */
-static int coefficients(const fit_problem *p, int k, const wave *w, double unit, double c[4])
+static int coefficients(const fit_problem *p, const fit_wave *wave, int k, double unit, double c[4])
 {
     static double B[SAMPLES_MAX * 4], y[SAMPLES_MAX];
     const bake_segment *s = &p->curve->segment[k];
-    int t0 = (int)lround(s->t0 * p->rate), h = (int)lround(s->t1 * p->rate) - t0;
-    int n = sample_count(w, h);
+    int t0 = fit_tick(p, k), h = fit_tick(p, k + 1) - t0;
+    track_run run;
+    pairs w;
+    choose(p, wave, &run, &w);
+    int n = sample_count(&w, h);
     for (int i = 0; i < n; i++) {
         double dt = (double)h * i / (n - 1), out[4];
         bake_segment_eval(s, (t0 + dt) / p->rate, out);
-        y[i] = ldexp(out[0] - s->rest, p->frac);
-        basis(w, dt, h, &B[4 * i]);
+        y[i] = ldexp(out[0], p->frac) - run.base;
+        basis(&w, dt, h, &B[4 * i]);
     }
     for (int fixed = 0; fixed < 4; fixed++) {
         if (!solve(B, y, n, fixed, c)) {
@@ -177,96 +227,54 @@ static int coefficients(const fit_problem *p, int k, const wave *w, double unit,
     return isfinite(c[0]) && isfinite(c[1]) && isfinite(c[2]) && isfinite(c[3]);
 }
 
-/* Smallest shift that lets every coefficient of the run fit in 16 bits, with room for compensation. */
-static int common_shift(const fit_problem *p, int first, int count, const wave *w)
+/* Smallest shift that lets the coefficients of a segment fit in 16 bits, with room for compensation. */
+static int least_shift(const double c[4])
 {
-    double largest = 0;
-    for (int k = first; k < first + count; k++) {
-        double c[4] = {0};
-        if (!coefficients(p, k, w, 0, c)) {
-            return -1;
-        }
-        for (int j = 0; j < 4; j++) {
-            largest = fmax(largest, fabs(c[j]));
-        }
+    double largest = fmax(fmax(fabs(c[0]), fabs(c[1])), fmax(fabs(c[2]), fabs(c[3])));
+    int shift = 0;
+    while (shift <= (int)WG_RUN_SHIFT_MAX && largest > ldexp(32700.0, shift)) {
+        shift++;
     }
-    for (int shift = 0; shift <= (int)WG_RUN_SHIFT_MAX; shift++) {
-        if (largest <= ldexp(32700.0, shift)) {
-            return shift;
-        }
-    }
-    return -1;
+    return shift;
 }
 
-static double segment_error(const fit_problem *p, const replay *r, int k)
+void fit_wave_run(const fit_problem *p, const fit_wave *wave, int first, int count, track_run *run)
 {
-    const bake_segment *s = &p->curve->segment[k];
-    int t0 = (int)lround(s->t0 * p->rate), t1 = (int)lround(s->t1 * p->rate);
-    int n = 33 + 2 * (t1 - t0 < 1000 ? t1 - t0 : 1000);
-    double worst = 0;
-    for (int i = 0; i < n; i++) {
-        uint32_t position = (uint32_t)(65536.0 * (t0 + (double)(t1 - t0) * i / n));
-        double out[4];
-        bake_segment_eval(s, position / 65536.0 / p->rate, out);
-        worst = fmax(worst, fabs(ldexp(replay_value(r, position), -p->frac) - out[0]));
-    }
-    return worst;
-}
-
-/* Replays the run segment by segment. */
-static double check(const fit_problem *p, int first, int count, track_run *run, int *worst)
-{
-    bake_track lone = {1, run};
-    replay r;
-    double largest = 0;
-    *worst = -1;
-    replay_open(&r, &lone);
-    for (int k = first; k < first + count; k++) {
-        double e = segment_error(p, &r, k);
-        largest = fmax(largest, e);
-        if (e > p->tolerance && *worst < 0) {
-            *worst = k;
-        }
-    }
-    replay_close(&r);
-    return largest;
-}
-
-double fit_wave_run(const fit_problem *p, int first, int count, track_run *run, int *worst)
-{
-    const bake_segment *s = &p->curve->segment[first];
-    int longest = 0;
-    wave w;
-    memset(run, 0, sizeof *run);
-    *worst = first;
-    for (int k = first; k < first + count; k++) {
-        const bake_segment *t = &p->curve->segment[k];
-        int h = (int)lround(t->t1 * p->rate) - (int)lround(t->t0 * p->rate);
-        longest = h > longest ? h : longest;
-    }
-    double base = floor(ldexp(s->rest, p->frac) + 0.5);
-    if ((s->family != BAKE_OSC && s->family != BAKE_CRIT && s->family != BAKE_EXP) ||
-        fabs(base) > WG_VALUE_LIMIT) {
-        return HUGE_VAL;
-    }
-    choose(p, s, longest, run, &w);
-    run->shift = common_shift(p, first, count, &w);
-    if (run->shift < 0) {
-        return HUGE_VAL;
-    }
-    run->base = (int32_t)base;
-    run->start = (int)lround(s->t0 * p->rate);
+    pairs w;
+    int shift = run->shift;
+    choose(p, wave, run, &w);
+    run->shift = shift;
+    run->start = fit_tick(p, first);
     run->segments = count;
     run->end = bake_alloc((size_t)count, sizeof *run->end);
     run->value = bake_alloc((size_t)count * 4, sizeof *run->value);
     for (int k = 0; k < count; k++) {
-        double unit = ldexp(1, run->shift), c[4] = {0};
-        coefficients(p, first + k, &w, unit, c);
+        double unit = ldexp(1, shift), c[4] = {0};
+        coefficients(p, wave, first + k, unit, c);
         for (int j = 0; j < 4; j++) {
             double q = fmax(-32767, fmin(32767, c[j] / unit));
             run->value[4 * k + j] = (int16_t)lround(q);
         }
-        run->end[k] = (uint16_t)lround(p->curve->segment[first + k].t1 * p->rate);
+        run->end[k] = (uint16_t)fit_tick(p, first + k + 1);
     }
-    return check(p, first, count, run, worst);
+}
+
+unsigned fit_wave_shifts(const fit_problem *p, const fit_wave *wave, int k)
+{
+    unsigned shifts = 0;
+    double c[4] = {0};
+    if (!coefficients(p, wave, k, 0, c)) {
+        return 0;
+    }
+    for (int shift = least_shift(c); shift <= (int)WG_RUN_SHIFT_MAX; shift++) {
+        track_run run = {.shift = shift};
+        fit_wave_run(p, wave, k, 1, &run);
+        double e = fit_run_error(p, &run);
+        track_run_free(&run);
+        if (e > p->tolerance) {
+            break; /* a coarser unit would not be better */
+        }
+        shifts |= 1u << shift;
+    }
+    return shifts;
 }

@@ -89,15 +89,15 @@ int scene_read_mask(loader *l, int index)
     int weights = scene_tree_find(l->tree, l->node, "weights");
     if (weights < 0 || l->tree->nodes[weights].kind != NODE_MAPPING)
         return loader_fail(l, "weights", "a mask needs 'weights'; write for example:  %s", example);
-    l->node = weights;
     for (int i = l->tree->nodes[weights].child; i >= 0; i = l->tree->nodes[i].next) {
         const scene_node *entry = &l->tree->nodes[i];
         int channel = 0;
-        if (loader_reference(l, entry->key, entry->key, SCENE_NAMES(s->channels, s->channel_count),
+        l->node = i;
+        if (loader_reference(l, "channel", entry->key, SCENE_NAMES(s->channels, s->channel_count),
                              &channel))
             return -1;
         if (entry->kind != NODE_SCALAR)
-            return loader_fail(l, entry->key, "the weight of '%s' must be a number from 0 to 1",
+            return loader_fail(l, NULL, "the weight of '%s' must be a number from 0 to 1",
                                entry->key);
         if (loader_number(l, entry->key, entry->value, &scene_fraction, &to->weight[channel]))
             return -1;

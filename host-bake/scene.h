@@ -7,38 +7,48 @@
 #include "bake.h"
 #include "spline.h"
 
-/* sources: - {name: walk, file: walk.bvh}          path relative to the scene file
- * format by ending: .csv = columns, anything else goes through Assimp. animation: index, default 0. */
+/* sources: - {name: walk, file: walk.bvh, animation: 0}
+ * file: relative to the scene file; .csv = columns, anything else goes through Assimp. */
 typedef struct {
     char *name, *file; /* file: as the baker opens it */
     int animation;
 } scene_source;
 
 /* channels: - {name: jaw, unit: deg, rest: 0, tolerance: 0.05, range: [-30, 30]}
- * unit: none|deg|us|mm. tolerance in that unit; 0 = 2^-13 of the channel's range over its curves. */
+ * unit: none|deg|us|mm. tolerance in it; 0 = 2^-13 of the channel's range over its curves. */
 typedef struct {
     char *name;
     int unit; /* WG_UNIT_* */
     double rest, tolerance;
-    double range[2]; /* rest and key values (not of additive clips) lie inside; both 0 = not given */
+    double range[2]; /* rest and keys (not of additive clips) lie inside; both 0 = none given */
 } scene_channel;
 
-typedef enum { CURVE_HELD, CURVE_LINEAR, CURVE_CUBIC, CURVE_BSPLINE, CURVE_WIGGLY, CURVE_CAPTURED } scene_curve_kind;
+typedef enum {
+    CURVE_HELD,
+    CURVE_LINEAR,
+    CURVE_CUBIC,
+    CURVE_BSPLINE,
+    CURVE_WIGGLY,
+    CURVE_CAPTURED
+} scene_curve_kind;
 
-/* One channel's motion in one clip.
- * keyed:    {channel: jaw, kind: wiggly, frequency: 2, damping: 0.1, keys: [...], start: {velocity: 0}, end: free}
- *           or lambda/delta instead of frequency/damping; force: g; regularise: [alpha, beta, gamma]
- *           lambda = (2 pi frequency)^2, delta = damping 2 pi frequency.
- * keys:     - {time: 0.5, value: 20, velocity: 0, acceleration: 0, weight: 3}      absent = free; without weight = hard
- * ends:     free | {velocity: v} | {acceleration: a}; default {velocity: 0}. A hard velocity or acceleration of the
- *           first or last key takes the place of `start`, `end`; a soft one leaves that end FREE.
- * periodic: both ends PERIODIC; then the clip loops and the last key repeats the first (value and derivatives).
- * captured: {channel: hip, kind: captured, source: walk, node: LeftUpLeg, axis: x | [x, y, z], ...}  joint rotation
- *           component: rotation | translation                                                       of that node
- *           or {..., source: log, column: 3 | name}                                               CSV column
- *           scale, offset: value = scale raw + offset. from, to: part of the source [s]. */
 typedef enum { CAPTURE_ROTATION, CAPTURE_TRANSLATION } capture_component;
 
+/* One channel's motion in one clip.
+ * keyed:    {channel: jaw, kind: wiggly, frequency: 2, damping: 0.1, keys: [...],
+ *            start: {velocity: 0}, end: free, force: g, regularise: [alpha, beta, gamma]}
+ *           or lambda, delta instead of frequency, damping:
+ *           lambda = (2 pi frequency)^2, delta = damping 2 pi frequency.
+ * keys:     - {time: 0.5, value: 20, velocity: 0, acceleration: 0, weight: 3}
+ *           what is absent is free; without weight a key is hard.
+ * ends:     free | {velocity: v} | {acceleration: a}; default {velocity: 0}. A hard velocity or
+ *           acceleration of the first or last key becomes that end's condition; a soft one leaves
+ *           the end FREE.
+ * periodic: true: both ends PERIODIC; the clip loops and the last key repeats the first.
+ * captured: {channel: hip, kind: captured, source: walk, node: LeftUpLeg, axis: x | [x, y, z],
+ *            component: rotation|translation}              a joint
+ *           {..., source: log, column: 3 | name}           a CSV column
+ *           scale, offset: value = scale raw + offset. from, to: part of the source [s]. */
 typedef struct {
     int line; /* of the scene file, for messages */
     int channel;
@@ -62,10 +72,10 @@ typedef struct {
     int id; /* index into scene.event_names */
 } scene_event;
 
-/* clips: - {name: nod, duration: 4, end: hold|loop|pingpong, additive: false, events: [{time, name}], curves: [...]}
- * duration 0 = the longest curve. loop + a keyed curve that says `periodic: true` gets periodic ends.
- * additive: values are differences from the channel's rest, and are what the keys say; such a clip
- * plays on layers of mode add and no other does. */
+/* clips: - {name: nod, duration: 4, end: hold|loop|pingpong, additive: false,
+ *           events: [{time, name}], curves: [...]}
+ * duration 0 = the longest curve. additive: values are differences from the channel's rest, and are
+ * what the keys say; such a clip plays on layers of mode add and no other does. */
 typedef struct {
     char *name;
     int line;
@@ -83,15 +93,19 @@ typedef struct {
     double *weight; /* channel_count */
 } scene_mask;
 
-/* layers: - {name: base, clip: walk, mode: override|add, mask: head, weight: 1}   clip: none = starts empty */
+/* layers: - {name: base, clip: walk, mode: override|add, mask: head, weight: 1}
+ * clip: none = starts empty; mask: none = every channel */
 typedef struct {
     char *name;
     int clip, mode, mask; /* -1 = none */
     double weight;
 } scene_layer;
 
-/* filters: - {op: offset, channel: jaw, value: 3} | {op: gain, channel, value, about: 0} | {op: clamp, channel, min, max}
- *          | {op: minimum, channel, value} | {op: matrix, channels: [a, b], rows: [[0, 1], [1, 0]]} */
+/* filters: - {op: offset, channel: jaw, value: 3}
+ *          - {op: gain, channel: jaw, value: 0.5, about: 0}
+ *          - {op: clamp, channel: jaw, min: 0, max: 9}
+ *          - {op: minimum, channel: jaw, value: 2}
+ *          - {op: matrix, channels: [a, b], rows: [[0, 1], [1, 0]]} */
 typedef struct {
     int op; /* WG_FILTER_* */
     int channel;
@@ -101,23 +115,25 @@ typedef struct {
     double matrix[8][8];
 } scene_filter;
 
-/* triggers: - {event: blinked, layer: face, clip: smile, fade: 0.2} */
+/* triggers: - {event: blink, layer: face, clip: smile, fade: 0.2}   the event is some clip's */
 typedef struct {
     int event, layer, clip;
     double fade;
 } scene_trigger;
 
-/* servos: - {name: jaw, channel: jaw, protocol: maestro|dynamixel2|pca9685|none, id: 3, centre: 1500 us, per_unit: 10 us,
- *            direction: -1, trim: 12 us, min: 1000 us, max: 2000 us, velocity: 300 deg/s, acceleration: 4000 deg/s2}
- * Units: us, deg (dynamixel2: 4096 steps = 360 deg; others through per_unit: us per channel unit), or plain numbers in us / steps.
- * range: 180 deg over [min, max] may replace per_unit. All fields below are in the servo's own position units:
- * quarter microseconds (maestro, pca9685) or 1/4096 turn (dynamixel2); gain = units per channel unit, sign included. */
+/* servos: - {name: jaw, channel: jaw, protocol: maestro|dynamixel2|pca9685|none, id: 3,
+ *            centre: 1500 us, per_unit: 10 us, direction: -1, trim: 12 us, min: 1000 us,
+ *            max: 2000 us, velocity: 300 deg/s, acceleration: 4000 deg/s2}
+ * Units: us or, for dynamixel2, steps of 360/4096 deg; a plain number is in them; deg where the
+ * servo's degrees are known (dynamixel2; range; per_unit with a channel in deg). range: 180 deg
+ * over [min, max] may replace per_unit. All fields below are in the servo's own position units:
+ * quarter microseconds (maestro, pca9685, none) or 1/4096 turn (dynamixel2). */
 typedef struct {
     char *name;
     int line;
     int channel, protocol, id;
     double centre; /* position at channel value 0, trim included */
-    double gain;
+    double gain;   /* positions per channel unit, sign included */
     double min, max;
     double velocity, acceleration; /* 0 = unlimited */
 } scene_servo;
@@ -125,7 +141,8 @@ typedef struct {
 typedef struct {
     char *path, *name;
     double tick_rate; /* 0 = chosen by the baker */
-    int source_count, channel_count, clip_count, mask_count, layer_count, filter_count, trigger_count, servo_count;
+    int source_count, channel_count, clip_count, mask_count;
+    int layer_count, filter_count, trigger_count, servo_count;
     int event_name_count;
     scene_source *sources;
     scene_channel *channels;
@@ -142,16 +159,17 @@ typedef struct {
 int scene_load(const char *path, scene *out, bake_error *error);
 void scene_free(scene *s);
 
-/* Samples of one captured curve, with scale and offset applied. Between them the value is linear. */
+/* Samples of one captured curve, with scale and offset applied. */
 typedef struct {
     int count;
     double *time, *value; /* ascending time, starting at 0 */
 } capture;
 
-/* Reads the samples a CURVE_CAPTURED asks for, cut to from .. to and shifted to start at 0. With q the node's
- * rotation in its parent's frame, relative to the bind pose (q = q_key q_bind^-1), a rotation is its twist about
- * `axis`: 2 atan2(q . axis, q.w) in degrees, unwrapped along time, the first sample in (-180, 180]. A translation is
- * the way from the bind position along `axis` in the file's unit. Both axes are those of the parent's frame. */
+/* Reads the samples a CURVE_CAPTURED asks for, at least two, cut to from .. to and shifted to start
+ * at 0. With q the node's rotation in its parent's frame relative to the bind pose
+ * (q = q_key q_bind^-1), a rotation is its twist about `axis`: 2 atan2(q . axis, q.w) in degrees,
+ * unwrapped along time, the first sample in (-180, 180]. A translation is the way from the bind
+ * position along `axis` in the file's unit. Both axes are those of the parent's frame. */
 int capture_load(const scene *s, const scene_curve *curve, capture *out, bake_error *error);
 void capture_free(capture *c);
 

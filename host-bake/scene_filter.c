@@ -22,15 +22,18 @@ static int read_channels(loader *l, const yaml_filter *from, scene_filter *to)
         return loader_fail(l, "channels", "a matrix takes 1 to %u channels; write for example:  %s",
                            WG_MATRIX_MAX, example);
     to->n = (int)from->channels_count;
+    int filter = l->node;
+    l->node = scene_tree_find(l->tree, filter, "channels");
     for (int i = 0; i < to->n; i++) {
-        if (loader_reference(l, "channels", from->channels[i],
+        if (loader_reference(l, "channel", from->channels[i],
                              SCENE_NAMES(s->channels, s->channel_count), &to->channels[i]))
             return -1;
         for (int j = 0; j < i; j++)
             if (to->channels[j] == to->channels[i])
-                return loader_fail(l, "channels", "the channel '%s' stands twice in a matrix",
+                return loader_fail(l, NULL, "the channel '%s' stands twice in a matrix",
                                    from->channels[i]);
     }
+    l->node = filter;
     to->channel = to->channels[0];
     return 0;
 }

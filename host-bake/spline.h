@@ -28,8 +28,9 @@ typedef struct {
 typedef enum { BAKE_POLY, BAKE_OSC, BAKE_CRIT, BAKE_EXP, BAKE_HYP, BAKE_SERIES } bake_family;
 
 /* w(t) = sum_l w[l] b_l(t) + rest + drive P_4(t) on [t0, t1] seconds. rest = -g/lambda (erratum
- * S1), 0 for lambda = 0. SERIES has rest 0 and drive = -lambda g H^4/24 instead, because g/lambda
- * is unbounded for lambda -> 0; P_4 = x^4 + ... answers the constant force. Other families: 0. */
+ * S1), 0 for lambda = 0. g/lambda is unbounded for lambda -> 0 although the motion is not, so two
+ * families have rest 0 and answer the force by a drive there: SERIES always, P_4 = x^4 + ...;
+ * EXP while b H < 1e-3, P_4 = 2 (cosh(b s) - 1)/(b H)^2 = x^2 + ... Everywhere else drive is 0. */
 typedef struct {
     double t0, t1;
     bake_family family;
@@ -82,16 +83,15 @@ typedef struct {
     double alpha, beta, gamma; /* E_reg weights of w^2, w'^2, w''^2 (2.31); 0 = none */
 } bake_spline_problem;
 
+/* energy            E_f2 of the result
+ * residual          largest violation of a constraint, relative to the terms it is summed from
+ * overshoot         largest |w - middle of the keys| over the amplitude the data ask for: half the
+ *                   keys' range plus what end speeds and force do in a mean interval
+ * condition         reciprocal condition estimate of the solved system, 0..1
+ * resonant_segment  the one nearest a multiple of half a period if overshoot > 10, else -1 */
 typedef struct {
-    double energy; /* E_f2 of the result */
-    double
-        residual; /* largest violation of a constraint, relative to the terms it is summed from */
-    double
-        overshoot; /* largest |w - middle of the keys| over the amplitude the data ask for: half the
-                    * keys' range, or their distance from rest, plus end speed x mean interval */
-    double condition;     /* reciprocal condition estimate of the solved system, 0..1 */
-    int resonant_segment; /* segment nearest a multiple of half a period if overshoot > 10, else -1
-                           */
+    double energy, residual, overshoot, condition;
+    int resonant_segment;
 } bake_spline_report;
 
 /* Solves for the C2 spline through `keys` (strictly ascending times, count >= 2; every key is a

@@ -17,6 +17,9 @@
  * gap of 0.45/H for wide H >= 1.5 and of 0.3 wide below (at wide H = 1: both 21). */
 #define HYP_BELOW    0.45
 #define HYP_RATIO    0.3
+/* EXP with a slow rate: rest = -g/lambda is 1/(b H) times what the force does in one segment, hence
+ * 1e3 roundings above this; below, the drive answers the force without it. */
+#define DRIVE_BELOW  1e-3
 /* |root| H <= 1: the first term left out is below 30^3 / 30! = 1e-28. */
 #define SERIES_TERMS 28
 
@@ -82,29 +85,48 @@ static void sums(const pair *f, const pair *g, double out[4][5])
     }
 }
 
+/* 1 / (n (n - 1)) */
+#define PAIR(n) (1.0 / ((n) * ((n)-1.0)))
+static const double pair_inverse[SERIES_TERMS + 1] = {
+    0,        0,        PAIR(2),  PAIR(3),  PAIR(4),  PAIR(5),  PAIR(6),  PAIR(7),
+    PAIR(8),  PAIR(9),  PAIR(10), PAIR(11), PAIR(12), PAIR(13), PAIR(14), PAIR(15),
+    PAIR(16), PAIR(17), PAIR(18), PAIR(19), PAIR(20), PAIR(21), PAIR(22), PAIR(23),
+    PAIR(24), PAIR(25), PAIR(26), PAIR(27), PAIR(28)};
+
 /* P_j = x^j + c_(j+2) x^(j+2) + ...: entire in lambda and delta. With x = s/H the equation is
  * w'''' + p w'' + q w = 0, so  n(n-1)(n-2)(n-3) c_n = -p (n-2)(n-3) c_(n-2) - q c_(n-4).
- * j = 4 starts above the four free coefficients: it answers the constant right side 24. */
+ * j = 4 starts above the four free coefficients: it answers the constant right side 24.
+ * Horner in y = x^2 with three derivatives F', F''/2, F'''/6; P_j is F or x F. */
 static void series(double p, double q, double x, int j, double out[4][5])
 {
-    double c[SERIES_TERMS + 1] = {0.0};
+    double c[SERIES_TERMS + 1] = {0.0}, F[4] = {0.0}, y = x * x;
+    int odd = j & 1;
     c[j] = 1.0;
-    for (int n = j + 4 - 2 * (j / 2); n <= SERIES_TERMS; n += 2) {
-        if (n == j)
-            continue;
-        double pairs = n * (n - 1.0), rest = (n - 2.0) * (n - 3.0);
-        c[n] = -(p * c[n - 2] + q * c[n - 4] / rest) / pairs;
+    for (int n = j == 4 ? 6 : 4 + odd; n <= SERIES_TERMS; n += 2)
+        c[n] = -(p * c[n - 2] + q * c[n - 4] * pair_inverse[n - 2]) * pair_inverse[n];
+    for (int n = SERIES_TERMS - odd; n >= 0; n -= 2) {
+        F[3] = F[3] * y + F[2];
+        F[2] = F[2] * y + F[1];
+        F[1] = F[1] * y + F[0];
+        F[0] = F[0] * y + c[n];
     }
-    for (int i = 0; i < 4; i++) {
-        double sum = 0.0, odd = (j + i) & 1 ? x : 1.0;
-        for (int n = SERIES_TERMS - (j & 1); n >= i; n -= 2) {
-            double falling = 1.0;
-            for (int k = 0; k < i; k++)
-                falling *= n - k;
-            sum = sum * x * x + falling * c[n];
-        }
-        out[i][j] = sum * odd;
-    }
+    out[0][j] = odd ? x * F[0] : F[0];
+    out[1][j] = odd ? F[0] + 2.0 * y * F[1] : 2.0 * x * F[1];
+    out[2][j] = odd ? x * (6.0 * F[1] + 8.0 * y * F[2]) : 2.0 * F[1] + 8.0 * y * F[2];
+    out[3][j] =
+        odd ? 6.0 * F[1] + 48.0 * y * (F[2] + y * F[3]) : x * (24.0 * F[2] + 48.0 * y * F[3]);
+}
+
+/* EXP's drive: P_4 = 2 (cosh(b s) - 1)/(b H)^2, which is x^2 for b = 0. */
+static void exponential_drive(const bake_segment *segment, double s, double H, double out[4][5])
+{
+    double b = segment->b, x = b * s, scale = 2.0 * segment->drive / (H * H);
+    double half = x == 0.0 ? 0.5 * s : s * sinh(0.5 * x) / x;
+    double slope = x == 0.0 ? s : s * sinh(x) / x;
+    out[0][4] = scale * 2.0 * half * half;
+    out[1][4] = scale * slope;
+    out[2][4] = scale * cosh(x);
+    out[3][4] = scale * b * sinh(x);
 }
 
 static void scale_derivatives(double H, double out[4][5])
@@ -151,6 +173,8 @@ void bake_segment_functions(const bake_segment *segment, double s, double out[4]
         f = hyperbolic_pair(segment->a, s, H);
         g = hyperbolic_pair(segment->b, s, H);
         sums(&f, &g, out);
+        if (segment->drive != 0.0)
+            exponential_drive(segment, s, H, out);
         break;
     default:
         f = hyperbolic_pair(segment->a, s, H);
@@ -195,6 +219,17 @@ static void choose(bake_segment *segment, bake_family family, double a, double b
     segment->b = b;
 }
 
+/* lambda may be anything down to 0 here, so g/lambda is used only where it is harmless. */
+static void choose_exponential(bake_segment *segment, const bake_mode *mode, double fast)
+{
+    double H = 0.5 * (segment->t1 - segment->t0), slow = fabs(mode->lambda) / fast;
+    choose(segment, BAKE_EXP, fast, slow);
+    if (slow * H >= DRIVE_BELOW)
+        return;
+    segment->rest = 0.0;
+    segment->drive = 0.5 * mode->g * mode->lambda * H * H / (fast * fast);
+}
+
 void bake_segment_prepare(bake_segment *segment, const bake_mode *mode, double t0, double t1)
 {
     double lambda = mode->lambda, delta = fabs(mode->delta), H = 0.5 * (t1 - t0);
@@ -220,5 +255,5 @@ void bake_segment_prepare(bake_segment *segment, const bake_mode *mode, double t
     else if (half_gap < fmin(HYP_BELOW / H, HYP_RATIO * wide))
         choose(segment, BAKE_HYP, wide, half_gap);
     else
-        choose(segment, BAKE_EXP, fast, fabs(lambda) / fast);
+        choose_exponential(segment, mode, fast);
 }

@@ -4,6 +4,7 @@
 #include "spline_parts.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #define PI 3.14159265358979323846
 
@@ -52,34 +53,38 @@ int bake_fail_resonant(const bake_work *work, const char *what, bake_error *erro
         what, t0, t1, (t1 - t0) / half, half);
 }
 
-/* State at one end of segment k and the size of the terms it is summed from, SI units. */
-static void end_state(const bake_work *work, int k, int side, double state[3], double size[3])
+/* Value, velocity, acceleration at both ends of a segment, and the terms they are summed from. */
+typedef struct {
+    double at[2][3], size[3];
+} end_states;
+
+static void find_end_states(const bake_part *part, const bake_segment *segment, end_states *ends)
 {
-    const bake_part *part = &work->parts[k];
-    const bake_segment *segment = &work->segments[k];
     double unit = 1.0;
     for (int i = 0; i < 3; i++, unit /= part->H) {
-        double sums[2] = {part->part[i], 0.0};
-        size[i] = fabs(part->part[i]) * unit;
+        double sums[2] = {part->part[i], 0.0}, size = fabs(part->part[i]);
         for (int parity = 0; parity < 2; parity++)
             for (int which = 0; which < 2; which++) {
                 int j = bake_family_index(segment->family, parity, which);
                 double term = part->end[i][j] * segment->w[j];
                 sums[parity] += term;
-                size[i] += fabs(term) * unit;
+                size += fabs(term);
             }
-        int odd_sign = side ? 1 : -1;
-        state[i] = unit * (i & 1 ? odd_sign * sums[0] + sums[1] : sums[0] + odd_sign * sums[1]);
+        /* an even function has an odd derivative */
+        double same = unit * sums[i & 1], opposite = unit * sums[1 - (i & 1)];
+        ends->at[0][i] = same - opposite;
+        ends->at[1][i] = same + opposite;
+        ends->size[i] = unit * size;
     }
 }
 
 static void widen(double *worst, double violation, double size)
 {
-    if (!(violation <= *worst * size))
+    if (!(violation <= *worst * size) && !isnan(*worst)) /* a NaN stays */
         *worst = violation / size;
 }
 
-/* Hard targets of key k (already folded for periodic ends) against one side's state. */
+/* Hard targets of key k against one side's state. */
 static void check_key(const bake_work *work, int k, const double state[3], const double size[3],
                       double *worst)
 {
@@ -97,37 +102,34 @@ static void check_key(const bake_work *work, int k, const double state[3], const
         widen(worst, fabs(state[2] - p->end_value[end]), size[2]);
 }
 
-static void curve_size(const bake_work *work, double size[3])
+static void curve_size(const bake_work *work, const end_states *ends, double size[3])
 {
-    double state[3], here[3];
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         size[i] = 1e-300;
-    for (int k = 0; k < 2 * (work->key_count - 1); k++) {
-        end_state(work, k / 2, k & 1, state, here);
-        for (int i = 0; i < 3; i++)
-            size[i] = fmax(size[i], here[i]);
-    }
-    for (int k = 0; k < work->key_count; k++)
-        for (int i = 0; i < 3; i++)
+        for (int k = 0; k < work->key_count - 1; k++)
+            size[i] = fmax(size[i], ends[k].size[i]);
+        for (int k = 0; k < work->key_count; k++)
             if (work->keys[k].weight[i] < 0.0)
                 size[i] = fmax(size[i], fabs(work->keys[k].target[i]));
+    }
 }
 
 static double residual(const bake_work *work)
 {
-    int last = work->key_count - 2, periodic = work->problem->end[0] == BAKE_END_PERIODIC;
-    double before[3], after[3], size[3], ignored[3], worst = 0.0;
-    curve_size(work, size);
-    if (periodic)
-        end_state(work, last, 1, before, ignored);
-    for (int k = 0; k <= last; k++) {
-        end_state(work, k, 0, after, ignored);
-        check_key(work, k, after, size, &worst);
+    int count = work->key_count - 1, periodic = work->problem->end[0] == BAKE_END_PERIODIC;
+    end_states *ends = bake_alloc((size_t)count, sizeof *ends);
+    double size[3], worst = 0.0;
+    for (int k = 0; k < count; k++)
+        find_end_states(&work->parts[k], &work->segments[k], &ends[k]);
+    curve_size(work, ends, size);
+    for (int k = 0; k < count; k++) {
+        const double *before = ends[k ? k - 1 : count - 1].at[1];
         for (int i = 0; i < 3 && (k || periodic); i++)
-            widen(&worst, fabs(after[i] - before[i]), size[i]);
-        end_state(work, k, 1, before, ignored);
-        check_key(work, k + 1, before, size, &worst);
+            widen(&worst, fabs(ends[k].at[0][i] - before[i]), size[i]);
+        check_key(work, k, ends[k].at[0], size, &worst);
+        check_key(work, k + 1, ends[k].at[1], size, &worst);
     }
+    free(ends);
     return worst;
 }
 
@@ -156,7 +158,7 @@ static void measure(void *context, double s, double weight)
 static void key_range(const bake_work *work, double *middle, double *amplitude)
 {
     const bake_mode *mode = &work->problem->mode;
-    double lowest = INFINITY, highest = -INFINITY, speed = 0.0;
+    double lowest = HUGE_VAL, highest = -HUGE_VAL, speed = 0.0;
     int last = work->key_count - 1;
     for (int k = 0; k <= last; k++) {
         const bake_key *key = &work->keys[k];
@@ -172,11 +174,13 @@ static void key_range(const bake_work *work, double *middle, double *amplitude)
             speed = fmax(speed, fabs(work->problem->end_value[end]));
     if (lowest > highest)
         lowest = highest = 0.0;
-    double rest = mode->lambda == 0.0 ? 0.0 : -mode->g / mode->lambda;
+    /* a constant pull of f moves w by f h^2/8 within an interval, and by f/lambda at most */
+    double interval = (work->keys[last].time - work->keys[0].time) / last;
     *middle = 0.5 * (lowest + highest);
-    *amplitude = mode->lambda == 0.0 ? 0.5 * (highest - lowest)
-                                     : fmax(fabs(lowest - rest), fabs(highest - rest));
-    *amplitude += speed * (work->keys[last].time - work->keys[0].time) / last;
+    double pull = fabs(mode->lambda * *middle + mode->g), stiffness = fabs(mode->lambda);
+    *amplitude =
+        0.5 * (highest - lowest) + speed * interval +
+        pull * fmin(interval * interval / 8.0, stiffness > 0.0 ? 1.0 / stiffness : HUGE_VAL);
 }
 
 /* What |w - middle| cannot exceed: no basis function exceeds 1, SERIES 1.5 and P_4 2. */

@@ -154,9 +154,7 @@ static inline unsigned build_param_words(uint8_t kind)
 /* How many 16-bit values a run of the kind has. */
 static inline uint32_t build_value_count(uint8_t kind, uint16_t segments)
 {
-    return kind < 2u    ? segments + 1u
-           : kind == 2u ? 2u * (segments + 1u)
-                        : 4u * (uint32_t)segments;
+    return kind < 2u ? segments + 1u : kind == 2u ? 2u * (segments + 1u) : 4u * (uint32_t)segments;
 }
 
 static inline void build_run(build *b, const build_run_data *r)

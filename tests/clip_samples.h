@@ -70,10 +70,10 @@ static inline void sample_filters(build *b)
 
 static inline void sample_servos(build *b)
 {
-    static const build_servo_data MAESTRO = {WG_PROTOCOL_MAESTRO, 3,    0,    6000 * 256, 512,
-                                             4,                   4000, 8000, 4000,       2000};
-    static const build_servo_data DYNAMIXEL = {WG_PROTOCOL_DYNAMIXEL2, 7, 1,    2048 * 256, -300, 2, 0,
-                                               4095,                   0, 3000};
+    static const build_servo_data MAESTRO = {
+        WG_PROTOCOL_MAESTRO, 3, 0, 6000 * 256, 512, 4, 4000, 8000, 4000, 2000};
+    static const build_servo_data DYNAMIXEL = {
+        WG_PROTOCOL_DYNAMIXEL2, 7, 1, 2048 * 256, -300, 2, 0, 4095, 0, 3000};
     static const build_servo_data PCA9685 = {
         WG_PROTOCOL_PCA9685, 15, 2, 6000 * 256, 512, 4, 4000, 8000, 0, 0};
     build_servo(b, &MAESTRO);

@@ -7,8 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double nan_value = NAN;
-
 /* ---- plain curves ---------------------------------------------------------------------------- */
 
 static void held_curve_jumps_at_its_keys(void)
@@ -73,7 +71,7 @@ static void bspline_is_smooth_and_stays_within_its_control_points(void)
         keys[count - 1].target[0] = closed ? keys[0].target[0] : keys[count - 1].target[0];
         CHECK_EQ(bake_curve_bspline(keys, count, closed, &curve, &error), 0);
         check_smooth(&curve, closed);
-        double low = INFINITY, high = -INFINITY;
+        double low = HUGE_VAL, high = -HUGE_VAL;
         for (int k = 0; k < count; k++) {
             low = fmin(low, keys[k].target[0]);
             high = fmax(high, keys[k].target[0]);
@@ -137,10 +135,10 @@ static void bad_input_is_named(void)
     refuses(&p, keys, 1, "at least two keys");
     keys[1].time = 0;
     refuses(&p, keys, 3, "not later");
-    keys[1].time = nan_value;
+    keys[1].time = (double)NAN;
     refuses(&p, keys, 3, "not a number");
     keys[1].time = 1;
-    keys[2].target[0] = INFINITY;
+    keys[2].target[0] = HUGE_VAL;
     refuses(&p, keys, 3, "2 s has a value that is not a number");
     keys[2].target[0] = 0;
     keys[2].weight[0] = -0.5;
@@ -154,7 +152,7 @@ static void bad_input_is_named(void)
     p.alpha = -1;
     refuses(&p, keys, 3, "regulariser");
     p.alpha = 0;
-    p.mode.lambda = nan_value;
+    p.mode.lambda = (double)NAN;
     refuses(&p, keys, 3, "not a number");
 }
 

@@ -1,51 +1,11 @@
 /* Wiggly splines against the high-precision oracle, and the properties they must have by theory.
  * Source: Schulz 2013, 2.4-2.5; vectors from tests/reference/spline_oracle.py.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
-#include "check.h"
-#include "spline.h"
-#include "spline_parts.h"
+#include "spline_random.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define KEYS 16
-static const bake_spline_problem clamped = {.end = {BAKE_END_VELOCITY, BAKE_END_VELOCITY}};
-
-/* ---- helpers --------------------------------------------------------------------------------- */
-
-static unsigned long long seed = 1;
-static double uniform(double low, double high)
-{
-    seed = seed * 6364136223846793005ull + 1442695040888963407ull;
-    return low + (high - low) * (double)(seed >> 11) / 9007199254740992.0;
-}
-
-static int random_keys(bake_key keys[KEYS], int count)
-{
-    double t = uniform(-2, 2);
-    for (int k = 0; k < count; k++, t += uniform(0.2, 1.0))
-        keys[k] = (bake_key){t, {uniform(-1, 1), 0, 0}, {BAKE_HARD, 0, 0}};
-    return count;
-}
-
-static bake_mode random_mode(void)
-{
-    double root = uniform(0.2, 9);
-    double sign = uniform(0, 1) < 0.2 ? -1.0 : 1.0;
-    return (bake_mode){sign * root * root, uniform(0, 1.5) * root, uniform(-3, 3)};
-}
-
-static bake_curve solved(const bake_spline_problem *problem, const bake_key *keys, int count,
-                         bake_spline_report *report)
-{
-    bake_curve curve;
-    bake_error error = {""};
-    CHECK_EQ(bake_spline_solve(problem, keys, count, &curve, report, &error), 0);
-    if (!curve.count)
-        printf("%s\n", error.text);
-    return curve;
-}
 
 /* E_reg by Simpson's rule over 2000 panels a segment: independent of the solver's integrals. */
 static double energy_of(const bake_spline_problem *p, const bake_curve *a, const bake_curve *b,
@@ -392,7 +352,7 @@ static void a_growing_weight_tends_to_a_hard_key(void)
     bake_key keys[4];
     random_keys(keys, 4);
     bake_spline_problem p = {.mode = {30.0, 0.8, 1.0}};
-    double before = INFINITY, out[4];
+    double before = HUGE_VAL, out[4];
     for (double weight = 1.0; weight <= 1e12; weight *= 100) {
         keys[2].weight[0] = weight;
         bake_curve curve = solved(&p, keys, 4, NULL);
@@ -406,57 +366,16 @@ static void a_growing_weight_tends_to_a_hard_key(void)
     CHECK(before > 0.0 && before < 1e-8);
 }
 
-/* ---- symmetries ------------------------------------------------------------------------------ */
-
-static void check_same(const bake_curve *a, const bake_curve *b, double time_scale, double shift)
+int main(void)
 {
-    double at_a[4], at_b[4], unit = 1.0;
-    for (int k = 0; k < a->count; k++)
-        for (double x = 0.0625; x < 1; x += 0.125) {
-            double t = a->segment[k].t0 + x * (a->segment[k].t1 - a->segment[k].t0);
-            bake_curve_eval(a, t, at_a);
-            bake_curve_eval(b, time_scale * t + shift, at_b);
-            unit = 1.0;
-            for (int i = 0; i < 3; i++, unit *= time_scale)
-                CHECK_NEAR(at_b[i] * unit, at_a[i], 1e-9 * (1 + fabs(at_a[i])));
-        }
-}
-
-/* Backwards in time damping changes its sign, in the energy too. */
-static void reversed_time_gives_the_reversed_curve(void)
-{
-    bake_key keys[KEYS], back[KEYS];
-    for (int trial = 0; trial < 40; trial++) {
-        int count = random_keys(keys, 3 + trial % 5);
-        bake_spline_problem p = {.mode = random_mode(), .alpha = trial % 3 ? 0 : 2.0}, q;
-        q = p;
-        q.mode.delta = -q.mode.delta;
-        for (int k = 0; k < count; k++) {
-            back[k] = keys[count - 1 - k];
-            back[k].time = -back[k].time;
-        }
-        bake_curve a = solved(&p, keys, count, NULL), b = solved(&q, back, count, NULL);
-        check_same(&a, &b, -1.0, 0.0);
-        bake_curve_free(&a);
-        bake_curve_free(&b);
-    }
-}
-
-static void scaled_time_gives_the_scaled_curve(void)
-{
-    bake_key keys[KEYS], slow[KEYS];
-    for (int trial = 0; trial < 40; trial++) {
-        int count = random_keys(keys, 3 + trial % 5);
-        double c = trial & 1 ? 1000.0 : 0.001;
-        bake_spline_problem p = {.mode = random_mode(), .gamma = trial % 3 ? 0 : 2.0}, q = p;
-        q.mode = (bake_mode){p.mode.lambda / c / c, p.mode.delta / c, p.mode.g / c / c};
-        for (int k = 0; k < count; k++) {
-            slow[k] = keys[k];
-            slow[k].time = c * keys[k].time;
-        }
-        bake_curve a = solved(&p, keys, count, NULL), b = solved(&q, slow, count, NULL);
-        check_same(&a, &b, c, 0.0);
-        bake_curve_free(&a);
-        bake_curve_free(&b);
-    }
+    TEST(oracle_agrees_to_1e_9_of_the_amplitude);
+    TEST(keys_are_hit_and_joined_twice_differentiably);
+    TEST(periodic_curve_closes_twice_differentiably);
+    TEST(without_stiffness_it_is_the_cubic_spline);
+    TEST(data_of_a_free_oscillation_gives_it_back);
+    TEST(without_stiffness_the_force_still_acts);
+    TEST(perturbations_never_lower_the_energy);
+    TEST(free_ends_satisfy_the_natural_condition);
+    TEST(a_growing_weight_tends_to_a_hard_key);
+    return check_done();
 }

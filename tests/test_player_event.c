@@ -4,9 +4,9 @@
 #include "clip_samples.h"
 #include "wiggly.h"
 
-#define RATE    700u /* 10 ticks last 14285.714 us: the duration has a fraction */
-#define TICKS   10u
-#define EVENTS  6u
+#define RATE   700u /* 10 ticks last 14285.714 us: the duration has a fraction */
+#define TICKS  10u
+#define EVENTS 6u
 
 static const uint16_t AT[EVENTS] = {0, 0, 3, 7, 7, 9};
 
@@ -15,8 +15,8 @@ typedef struct {
     wg_file file;
     wg_layer layer;
     wg_player player;
-    int64_t duration;        /* us Q16 */
-    int64_t passed[EVENTS];  /* us Q16: the head has passed event i when it is here or beyond */
+    int64_t duration;       /* us Q16 */
+    int64_t passed[EVENTS]; /* us Q16: the head has passed event i when it is here or beyond */
 } stage;
 
 static uint32_t seed = 7;

@@ -180,30 +180,30 @@ static void rejects_bad_header_and_directory(void)
         {0, 0, 8, 1, 2, WG_ERR_VERSION},
         {0, 0, 10, 2, 65, WG_ERR_DIRECTORY},
         {0, 0, 10, 2, 0xffff, WG_ERR_DIRECTORY},
-        {0, 0, 10, 2, 0, WG_ERR_CHANNEL},        /* nothing in it */
-        {0, 0, 10, 2, 1, WG_ERR_CLIP},           /* channels only */
-        {101, 0, 0, 2, 0, WG_ERR_DIRECTORY},     /* kind 0 */
-        {101, 0, 0, 2, 2, WG_ERR_DIRECTORY},     /* kinds 2, 2 */
-        {102, 0, 0, 2, 1, WG_ERR_DIRECTORY},     /* kinds 1, 1 */
-        {112, 0, 0, 2, 201, WG_ERR_DIRECTORY},   /* kinds 201, 200 */
+        {0, 0, 10, 2, 0, WG_ERR_CHANNEL},      /* nothing in it */
+        {0, 0, 10, 2, 1, WG_ERR_CLIP},         /* channels only */
+        {101, 0, 0, 2, 0, WG_ERR_DIRECTORY},   /* kind 0 */
+        {101, 0, 0, 2, 2, WG_ERR_DIRECTORY},   /* kinds 2, 2 */
+        {102, 0, 0, 2, 1, WG_ERR_DIRECTORY},   /* kinds 1, 1 */
+        {112, 0, 0, 2, 201, WG_ERR_DIRECTORY}, /* kinds 201, 200 */
         {113, 0, 0, 2, 0xffff, 0},
-        {113, 0, 2, 2, 0xffff, 0},               /* an unknown section's count means nothing */
+        {113, 0, 2, 2, 0xffff, 0}, /* an unknown section's count means nothing */
         {113, 0, 4, 4, 0xfffffffcu, WG_ERR_DIRECTORY},
-        {113, 0, 8, 4, 5, WG_ERR_DIRECTORY},     /* a byte past the end */
+        {113, 0, 8, 4, 5, WG_ERR_DIRECTORY}, /* a byte past the end */
         {113, 0, 8, 4, 0xffffffffu, WG_ERR_DIRECTORY},
-        {101, 0, 2, 2, 2, WG_ERR_DIRECTORY},     /* count smaller than bytes */
+        {101, 0, 2, 2, 2, WG_ERR_DIRECTORY}, /* count smaller than bytes */
         {101, 0, 2, 2, 4, WG_ERR_DIRECTORY},
         {101, 0, 8, 4, 25, WG_ERR_DIRECTORY},
-        {101, 0, 4, 4, 18, WG_ERR_DIRECTORY},    /* misaligned */
+        {101, 0, 4, 4, 18, WG_ERR_DIRECTORY}, /* misaligned */
         {101, 0, 4, 4, 0x80000000u, WG_ERR_DIRECTORY},
         {101, 0, 4, 4, 0xfffffff0u, WG_ERR_DIRECTORY},
         {101, 0, 8, 4, 0xfffffff8u, WG_ERR_DIRECTORY},
-        {107, 0, 8, 4, 5, WG_ERR_DIRECTORY},     /* two masks of three channels need 6 bytes */
-        {107, 0, 2, 2, 1, WG_ERR_LAYER},         /* and a layer asks for the second */
+        {107, 0, 8, 4, 5, WG_ERR_DIRECTORY}, /* two masks of three channels need 6 bytes */
+        {107, 0, 2, 2, 1, WG_ERR_LAYER},     /* and a layer asks for the second */
         {107, 0, 2, 2, 3, WG_ERR_DIRECTORY},
         {112, 0, 2, 2, 2, WG_ERR_NAME},
         {112, 0, 2, 2, 4, WG_ERR_NAME},
-        {112, 0, 8, 4, 10, WG_ERR_NAME},         /* the last NUL is cut off */
+        {112, 0, 8, 4, 10, WG_ERR_NAME}, /* the last NUL is cut off */
         {112, 0, 8, 4, 0, WG_ERR_NAME},
     };
     CHECK_CHANGES(CHANGES);
@@ -217,8 +217,8 @@ static void rejects_bad_channels_clips_and_tracks(void)
         {1, 0, 0, 1, 226, 0},
         {1, 0, 0, 1, 225, WG_ERR_CHANNEL},
         {1, 0, 0, 1, 128, WG_ERR_CHANNEL},
-        {1, 0, 1, 1, 255, 0},                       /* an unknown unit */
-        {1, 0, 2, 2, 0xffff, 0},                    /* reserved */
+        {1, 0, 1, 1, 255, 0},    /* an unknown unit */
+        {1, 0, 2, 2, 0xffff, 0}, /* reserved */
         {1, 1, 4, 4, 0x10000000u, 0},
         {1, 1, 4, 4, 0x10000001u, WG_ERR_CHANNEL},
         {1, 1, 4, 4, 0xf0000000u, 0},
@@ -229,26 +229,26 @@ static void rejects_bad_channels_clips_and_tracks(void)
         {2, 0, 4, 1, 41, WG_ERR_CLIP},
         {2, 1, 5, 1, 3, WG_ERR_CLIP},
         {2, 0, 6, 2, 0, WG_ERR_CLIP},
-        {2, 0, 6, 2, 79, WG_ERR_TIMES},             /* the runs reach beyond the end */
-        {2, 0, 6, 2, 81, WG_ERR_TIMES},             /* the runs do not reach it */
+        {2, 0, 6, 2, 79, WG_ERR_TIMES}, /* the runs reach beyond the end */
+        {2, 0, 6, 2, 81, WG_ERR_TIMES}, /* the runs do not reach it */
         {2, 0, 8, 4, 8, 0},
-        {2, 0, 8, 4, 7, WG_ERR_CLIP},               /* under 8 us */
+        {2, 0, 8, 4, 7, WG_ERR_CLIP}, /* under 8 us */
         {2, 0, 14, 2, 0, WG_ERR_CLIP},
-        {2, 1, 16, 2, 3, WG_ERR_CLIP},              /* tracks 3 and 4 of 4 */
+        {2, 1, 16, 2, 3, WG_ERR_CLIP}, /* tracks 3 and 4 of 4 */
         {2, 1, 16, 2, 0xffff, WG_ERR_CLIP},
         {2, 1, 18, 2, 3, WG_ERR_CLIP},
         {2, 1, 18, 2, 0xffff, WG_ERR_CLIP},
         {2, 1, 20, 2, 4, WG_ERR_CLIP},
         {2, 1, 22, 2, 0xffff, WG_ERR_CLIP},
-        {2, 0, 18, 2, 3, WG_ERR_TRACK},             /* channels 0, 1, 1 */
+        {2, 0, 18, 2, 3, WG_ERR_TRACK}, /* channels 0, 1, 1 */
         {3, 0, 0, 2, 1, WG_ERR_TRACK},
         {3, 1, 0, 2, 3, WG_ERR_TRACK},
         {3, 1, 0, 2, 0xffff, WG_ERR_TRACK},
-        {3, 0, 2, 2, 1, WG_ERR_TRACK},              /* does not start at tick 0 */
+        {3, 0, 2, 2, 1, WG_ERR_TRACK}, /* does not start at tick 0 */
         {3, 0, 2, 2, 0xffff, WG_ERR_TRACK},
         {3, 0, 4, 2, 0, WG_ERR_TRACK},
-        {3, 0, 4, 2, 7, WG_ERR_TIMES},              /* ends before the clip */
-        {3, 3, 4, 2, 2, WG_ERR_TRACK},              /* one run more than there are */
+        {3, 0, 4, 2, 7, WG_ERR_TIMES}, /* ends before the clip */
+        {3, 3, 4, 2, 2, WG_ERR_TRACK}, /* one run more than there are */
         {3, 0, 4, 2, 0xffff, WG_ERR_TRACK},
     };
     CHECK_CHANGES(CHANGES);
@@ -264,7 +264,7 @@ static void rejects_bad_runs_and_times(void)
     free(clip);
     const change CHANGES[] = {
         {4, 0, 0, 2, 1, WG_ERR_TRACK},
-        {4, 1, 0, 2, 11, WG_ERR_TIMES},             /* a gap before it */
+        {4, 1, 0, 2, 11, WG_ERR_TIMES}, /* a gap before it */
         {4, 1, 0, 2, 9, WG_ERR_TIMES},
         {4, 1, 2, 2, 0, WG_ERR_RUN},
         {4, 1, 2, 2, 1, WG_ERR_TIMES},
@@ -273,29 +273,29 @@ static void rejects_bad_runs_and_times(void)
         {4, 0, 4, 1, 255, WG_ERR_RUN},
         {4, 0, 5, 1, 9, 0},
         {4, 0, 5, 1, 10, WG_ERR_RUN},
-        {4, 0, 6, 1, 1, WG_ERR_RUN},                /* HELD has no aux */
+        {4, 0, 6, 1, 1, WG_ERR_RUN}, /* HELD has no aux */
         {4, 1, 6, 1, 1, WG_ERR_RUN},
         {4, 2, 6, 1, 24, 0},
         {4, 2, 6, 1, 25, WG_ERR_RUN},
         {4, 3, 6, 1, 5, 0},
         {4, 3, 6, 1, 6, WG_ERR_RUN},
-        {4, 3, 6, 1, 0x10, WG_ERR_RUN},             /* OSC has one sinh */
-        {4, 4, 6, 1, 1, WG_ERR_RUN},                /* OSC0 none */
+        {4, 3, 6, 1, 0x10, WG_ERR_RUN}, /* OSC has one sinh */
+        {4, 4, 6, 1, 1, WG_ERR_RUN},    /* OSC0 none */
         {4, 5, 6, 1, 0x15, WG_ERR_RUN},
         {4, 6, 6, 1, 0x55, 0},
         {4, 6, 6, 1, 0x65, WG_ERR_RUN},
         {4, 7, 6, 1, 0x10, WG_ERR_RUN},
-        {4, 0, 7, 1, 255, 0},                       /* reserved */
+        {4, 0, 7, 1, 255, 0}, /* reserved */
         {4, 0, 8, 4, 0x10000000u, 0},
         {4, 0, 8, 4, 0x10000001u, WG_ERR_RUN},
         {4, 0, 8, 4, 0xefffffffu, WG_ERR_RUN},
-        {4, 0, 12, 4, times + 1u, WG_ERR_RUN},      /* odd */
-        {4, 0, 12, 4, data - 2u, WG_ERR_RUN},       /* one of the two lies outside */
+        {4, 0, 12, 4, times + 1u, WG_ERR_RUN}, /* odd */
+        {4, 0, 12, 4, data - 2u, WG_ERR_RUN},  /* one of the two lies outside */
         {4, 0, 12, 4, 0xfffffffeu, WG_ERR_RUN},
         {4, 0, 16, 4, 1, WG_ERR_RUN},
         {4, 2, 16, 4, data - 10u, WG_ERR_RUN},
         {4, 2, 16, 4, data - 12u, 0},
-        {4, 3, 16, 4, 2, WG_ERR_RUN},               /* waves: multiple of 4 */
+        {4, 3, 16, 4, 2, WG_ERR_RUN}, /* waves: multiple of 4 */
         {4, 3, 16, 4, 0xfffffffcu, WG_ERR_RUN},
         {4, 7, 16, 4, data - 20u, WG_ERR_RUN},
         {5, 0, (uint8_t)times, 2, 0, WG_ERR_TIMES}, /* a segment of no ticks */
@@ -312,7 +312,7 @@ static void rejects_bad_runs_and_times(void)
 static void rejects_bad_events_layers_filters_triggers_servos(void)
 {
     static const change CHANGES[] = {
-        {6, 0, 0, 2, 41, WG_ERR_EVENT},             /* descends after it */
+        {6, 0, 0, 2, 41, WG_ERR_EVENT}, /* descends after it */
         {6, 0, 0, 2, 40, 0},
         {6, 2, 0, 2, 80, WG_ERR_EVENT},
         {6, 2, 0, 2, 39, WG_ERR_EVENT},
@@ -330,10 +330,10 @@ static void rejects_bad_events_layers_filters_triggers_servos(void)
         {9, 1, 8, 4, 0xefffffffu, WG_ERR_FILTER},
         {9, 4, 1, 1, 0, WG_ERR_FILTER},
         {9, 4, 1, 1, 9, WG_ERR_FILTER},
-        {9, 4, 1, 1, 3, WG_ERR_FILTER},             /* 24 bytes where 12 are left */
+        {9, 4, 1, 1, 3, WG_ERR_FILTER}, /* 24 bytes where 12 are left */
         {9, 4, 4, 4, 0xfffffffeu, WG_ERR_FILTER},
         {9, 4, 4, 4, 1, WG_ERR_FILTER},
-        {9, 4, 4, 4, 0, WG_ERR_FILTER},             /* its channels would be 5 and 10 */
+        {9, 4, 4, 4, 0, WG_ERR_FILTER}, /* its channels would be 5 and 10 */
         {10, 0, 2, 1, 2, WG_ERR_TRIGGER},
         {10, 0, 3, 1, 2, WG_ERR_TRIGGER},
         {10, 0, 3, 1, 255, 0},
@@ -342,7 +342,7 @@ static void rejects_bad_events_layers_filters_triggers_servos(void)
         {11, 0, 4, 4, 0x10000001u, WG_ERR_SERVO},
         {11, 0, 10, 1, 40, 0},
         {11, 0, 10, 1, 41, WG_ERR_SERVO},
-        {11, 0, 12, 2, 8001, WG_ERR_SERVO},         /* min > max */
+        {11, 0, 12, 2, 8001, WG_ERR_SERVO}, /* min > max */
         {11, 0, 12, 2, 8000, 0},
         {11, 0, 14, 2, 0x8000, WG_ERR_SERVO},
     };
@@ -385,13 +385,27 @@ static int open_with(unsigned kind, unsigned count)
     build_layer(&b, 0, 0, WG_NONE, 32768);
     for (unsigned i = 0; i < count; i++) {
         switch (kind) {
-        case WG_SECTION_CHANNELS: build_channel(&b, 0, 0, 0); break;
-        case WG_SECTION_CLIPS: build_clip(&b, 1000, 10, 0); break;
-        case WG_SECTION_MASKS: build_mask(&b, ONE); break;
-        case WG_SECTION_LAYERS: build_layer(&b, 0, 0, WG_NONE, 0); break;
-        case WG_SECTION_FILTERS: build_filter(&b, 0, 0, 0, 0); break;
-        case WG_SECTION_TRIGGERS: build_trigger(&b, 0, 0, 0, 0); break;
-        default: build_servo(&b, &SERVO); break;
+        case WG_SECTION_CHANNELS:
+            build_channel(&b, 0, 0, 0);
+            break;
+        case WG_SECTION_CLIPS:
+            build_clip(&b, 1000, 10, 0);
+            break;
+        case WG_SECTION_MASKS:
+            build_mask(&b, ONE);
+            break;
+        case WG_SECTION_LAYERS:
+            build_layer(&b, 0, 0, WG_NONE, 0);
+            break;
+        case WG_SECTION_FILTERS:
+            build_filter(&b, 0, 0, 0, 0);
+            break;
+        case WG_SECTION_TRIGGERS:
+            build_trigger(&b, 0, 0, 0, 0);
+            break;
+        default:
+            build_servo(&b, &SERVO);
+            break;
         }
     }
     return open_built(&b);
@@ -402,7 +416,7 @@ static void accepts_the_most_records_and_no_more(void)
     static const struct {
         uint8_t kind;
         uint16_t most; /* besides the one that is there already */
-    } LIMITS[] = {{WG_SECTION_CHANNELS, 255}, {WG_SECTION_CLIPS, 254},    {WG_SECTION_MASKS, 255},
+    } LIMITS[] = {{WG_SECTION_CHANNELS, 255}, {WG_SECTION_CLIPS, 254},   {WG_SECTION_MASKS, 255},
                   {WG_SECTION_LAYERS, 7},     {WG_SECTION_FILTERS, 256}, {WG_SECTION_TRIGGERS, 32},
                   {WG_SECTION_SERVOS, 64}};
     for (unsigned i = 0; i < sizeof LIMITS / sizeof *LIMITS; i++) {

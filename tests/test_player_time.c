@@ -312,10 +312,9 @@ static void end_policy_change_keeps_the_place(void)
             CHECK_EQ(value(&s, 0), before);
             CHECK_EQ(wg_player_time(&s.player, 0), 40000);
             wg_player_update(&s.player, s.player.now_us + 70000);
-            CHECK_EQ(wg_player_time(&s.player, 0),
-                     to == WG_END_HOLD   ? RAMP_US
-                     : to == WG_END_LOOP ? 10000
-                                         : 90000);
+            CHECK_EQ(wg_player_time(&s.player, 0), to == WG_END_HOLD   ? RAMP_US
+                                                   : to == WG_END_LOOP ? 10000
+                                                                       : 90000);
             free(s.clip);
         }
     }

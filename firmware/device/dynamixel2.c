@@ -38,12 +38,12 @@ static void begin(wg_bytes *out, uint8_t id, uint8_t instruction)
     wg_bytes_put(out, instruction);
 }
 
-/* One byte of the body, and the FD that keeps FF FF FD from looking like a header. */
+/* One byte of the body, and the FD that keeps FF FF FD from looking like a header. The length is still 0
+ * here, so nothing in front of the body takes part. */
 static void put(wg_bytes *out, uint8_t byte)
 {
     wg_bytes_put(out, byte);
-    if (out->count <= out->size && out->count >= BODY_AT + 3 &&
-        is_header(out->at + out->count - 3)) {
+    if (out->count <= out->size && is_header(out->at + out->count - 3)) {
         wg_bytes_put(out, 0xfd);
     }
 }
@@ -53,7 +53,7 @@ static int end(wg_bytes *out)
 {
     uint16_t length = (uint16_t)(out->count - BODY_AT + 2), crc;
 
-    if (out->count + 2 > out->size) {
+    if (out->count > out->size) {
         return WG_ERR_SPACE;
     }
     out->at[LENGTH_AT] = (uint8_t)length;

@@ -11,6 +11,12 @@ static uint64_t period(const wg_file *file, const wg_layer *l)
     return l->end == WG_END_PINGPONG ? 2u * duration : duration;
 }
 
+uint32_t wg_layer_shown_us(const wg_file *file, const wg_layer *l, uint64_t at)
+{
+    uint64_t duration = wg_clip_duration(file, l->clip);
+    return (uint32_t)((at > duration ? 2u * duration - at : at) >> 16);
+}
+
 /* *at mod length, returning the quotient. A tick covers less than 2^63 and open clips last at least
  * 2^19 (15 us in Q16), so the quotient has at most 44 bits: 44 rounds, no division routine. */
 static uint64_t wrap(uint64_t *at, uint64_t length)
@@ -25,38 +31,23 @@ static uint64_t wrap(uint64_t *at, uint64_t length)
     return turns;
 }
 
-static void advance_back(wg_layer *l, uint64_t step, uint64_t length)
-{
-    if (step <= l->head) {
-        l->head -= step;
-    } else if (l->end == WG_END_HOLD) {
-        l->head = 0;
-    } else {
-        uint64_t beyond = step - l->head;
-        uint64_t turns = wrap(&beyond, length) + (beyond != 0);
-        l->head = beyond ? length - beyond : 0;
-        l->wraps = (uint32_t)(turns > UINT32_MAX ? UINT32_MAX : turns);
-    }
-}
-
+/* Distance to the seam: forwards the head crosses it by reaching the axis' end, backwards by passing 0. */
 void wg_layer_advance(const wg_file *file, wg_layer *l, uint32_t dt_us)
 {
     uint64_t length = period(file, l);
     l->backwards = l->speed < 0;
     uint32_t pace = l->backwards ? 0u - (uint32_t)l->speed : (uint32_t)l->speed;
     uint64_t step = (uint64_t)dt_us * pace;
-    if (l->backwards) {
-        advance_back(l, step, length);
-        return;
-    }
-    l->head += step;
-    if (l->head >= length) {
-        if (l->end == WG_END_HOLD) {
-            l->head = length;
-        } else {
-            uint64_t turns = wrap(&l->head, length);
-            l->wraps = (uint32_t)(turns > UINT32_MAX ? UINT32_MAX : turns);
-        }
+    uint64_t seam = l->backwards ? l->head + 1u : length - l->head;
+    if (step < seam) {
+        l->head += l->backwards ? 0u - step : step;
+    } else if (l->end == WG_END_HOLD) {
+        l->head = l->backwards ? 0 : length;
+    } else {
+        uint64_t beyond = step - seam;
+        uint64_t turns = wrap(&beyond, length) + 1u;
+        l->head = l->backwards ? length - 1u - beyond : beyond;
+        l->wraps = turns >> 32 ? UINT32_MAX : (uint32_t)turns;
     }
 }
 
@@ -73,9 +64,7 @@ typedef struct {
 
 static uint32_t position_at(const wg_file *file, const wg_layer *l, uint64_t at)
 {
-    uint64_t duration = wg_clip_duration(file, l->clip);
-    uint64_t t = at > duration ? 2u * duration - at : at;
-    return wg_clip_position(file, l->clip, (uint32_t)(t >> 16));
+    return wg_clip_position(file, l->clip, wg_layer_shown_us(file, l, at));
 }
 
 static leg next_leg(const wg_file *file, const wg_layer *l)
@@ -95,7 +84,7 @@ static leg next_leg(const wg_file *file, const wg_layer *l)
     g.high = g.falling ? a : b;
     /* A leg that ends at the clip's end takes every event up to it, whatever rounding made of it.
      */
-    if ((g.falling ? l->from : g.stop) == duration) {
+    if (l->from != g.stop && (g.falling ? l->from : g.stop) == duration) {
         g.high = UINT32_MAX;
     }
     return g;

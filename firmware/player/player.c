@@ -43,13 +43,6 @@ void wg_player_speed(wg_player *p, uint8_t layer, int32_t speed_q16)
     p->layers[layer].speed = speed_q16;
 }
 
-/* Where the layer shows its clip: us Q16 in [0, duration]. */
-static uint64_t folded(const wg_file *file, const wg_layer *l)
-{
-    uint64_t duration = wg_clip_duration(file, l->clip);
-    return l->head > duration ? 2u * duration - l->head : l->head;
-}
-
 void wg_player_seek(wg_player *p, uint8_t layer, uint32_t time_us)
 {
     wg_layer *l = &p->layers[layer];
@@ -72,7 +65,7 @@ void wg_player_end(wg_player *p, uint8_t layer, uint8_t end)
 uint32_t wg_player_time(const wg_player *p, uint8_t layer)
 {
     const wg_layer *l = &p->layers[layer];
-    return l->clip == WG_NONE ? 0 : (uint32_t)(folded(p->file, l) >> 16);
+    return l->clip == WG_NONE ? 0 : wg_layer_shown_us(p->file, l, l->head);
 }
 
 bool wg_player_ended(const wg_player *p, uint8_t layer)
@@ -169,7 +162,7 @@ static uint16_t channel_weight(const wg_file *file, const wg_layer *l, uint16_t 
 static void mix_layer(const wg_file *file, const wg_layer *l, int32_t *values)
 {
     const uint8_t *c = wg_clip_record(file, l->clip);
-    uint32_t position = wg_clip_position(file, l->clip, (uint32_t)(folded(file, l) >> 16));
+    uint32_t position = wg_clip_position(file, l->clip, wg_layer_shown_us(file, l, l->head));
     uint16_t layer_weight = weight(l);
     uint16_t track = wg_rd16(c + WG_CLIP_TRACK_FIRST);
     for (uint16_t n = wg_rd16(c + WG_CLIP_TRACK_COUNT); n > 0; n--, track++) {

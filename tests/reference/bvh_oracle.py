@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: MIT
 """Hinge angles of a BVH file, straight from its text: the oracle for host-bake/capture_assimp.c.
 
-Written from the BVH format alone, and without quaternions: a joint's rotation is the product of its
-Euler channels as matrices in the order of the CHANNELS line, R, and its twist about a unit axis a is
+Written from the BVH format alone, and without quaternions: a joint's rotation R is the product of
+its Euler channels as matrices in the order of the CHANNELS line; its twist about a unit axis a is
     2 atan(a . (R32 - R23, R13 - R31, R21 - R12) / (1 + trace R)),
 because that vector is 4 w (x, y, z) and 1 + trace R is 4 w^2.
 
     bvh_oracle.py FILE                     every joint's angle range about x, y and z
     bvh_oracle.py FILE JOINT AX AY AZ      one line a frame: time, unwrapped angle in degrees
-    bvh_oracle.py FILE JOINT AX AY AZ way  the same with the joint's way along the axis
+    bvh_oracle.py FILE JOINT AX AY AZ way  one line a frame: time, way from OFFSET along the axis
 """
 import sys
 
@@ -17,14 +17,16 @@ import numpy as np
 
 
 def read(path):
-    """Frame time, joints {name: [(channel, column)]} and the frames as an array."""
+    """Frame time, joints {name: [(channel, column)]}, their offsets and the frames as an array."""
     with open(path) as file:
         words = file.read().split()
-    joints, column, name, i = {}, 0, None, 0
+    joints, offsets, column, name, i = {}, {}, 0, None, 0
     while words[i] != "MOTION":
         if words[i] in ("ROOT", "JOINT"):
             name = words[i + 1]
             i += 1
+        elif words[i] == "OFFSET" and name not in offsets:
+            offsets[name] = np.array(words[i + 1:i + 4], dtype=float)
         elif words[i] == "CHANNELS":
             count = int(words[i + 1])
             joints[name] = [(words[i + 2 + k], column + k) for k in range(count)]
@@ -35,7 +37,7 @@ def read(path):
     frame_time = float(words[i + 5])
     # Boxing_Toes.bvh has a frame more than its header says; Assimp reads what the header says.
     values = np.array(words[i + 6:i + 6 + frames * column], dtype=float)
-    return frame_time, joints, values.reshape(frames, column)
+    return frame_time, joints, offsets, values.reshape(frames, column)
 
 
 def turn(letter, degrees):
@@ -63,14 +65,15 @@ def twist(r, axis):
     return np.degrees(np.unwrap(2 * half))
 
 
-def way(channels, frames, axis):
+def way(channels, offset, frames, axis):
     axis = np.array(axis, dtype=float) / np.linalg.norm(axis)
-    return sum(axis["XYZ".index(channel[0])] * frames[:, column]
-               for channel, column in channels if channel.endswith("position"))
+    return sum(axis[k] * (frames[:, column] - offset[k])
+               for channel, column in channels if channel.endswith("position")
+               for k in ["XYZ".index(channel[0])])
 
 
 def main(arguments):
-    frame_time, joints, frames = read(arguments[0])
+    frame_time, joints, offsets, frames = read(arguments[0])
     if len(arguments) == 1:
         print(f"{len(frames)} frames of {frame_time} s = {(len(frames) - 1) * frame_time:.3f} s")
         for name, channels in joints.items():
@@ -80,7 +83,7 @@ def main(arguments):
         return
     channels, axis = joints[arguments[1]], [float(a) for a in arguments[2:5]]
     if arguments[5:] == ["way"]:
-        values = way(channels, frames, axis)
+        values = way(channels, offsets[arguments[1]], frames, axis)
     else:
         values = twist(rotation(channels, frames), axis)
     for i, value in enumerate(values):

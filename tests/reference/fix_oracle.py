@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Exponential and sine of firmware/player/fix.c against mpmath, and where their constants come from.
+"""Exponential and sine of firmware/player/fix.c against mpmath, and the origin of the constants.
 
 The bounds are those that the comments of fix.c state. Samples are compared in 64-bit mantissas
 (numpy's long double, 2^-63); the worst of them and a few thousand others once more in 120 bits.
@@ -78,7 +78,7 @@ def worst(code, exact, exact_mp, argument):
 
 
 def exp2n_error(checks):
-    """Dense where the curve is steep, p in 0..4, and over all of 0..32; ends of every table step."""
+    """Dense where the curve is steep, p in 0..4, over all of 0..32, and at every table step."""
     step = np.arange(32 << 5, dtype=np.int64) << 19
     p = np.concatenate([np.linspace(0, (1 << 26) - 1, SAMPLES).astype(np.int64),
                         np.linspace(0, (1 << 29) - 1, SAMPLES // 4).astype(np.int64),
@@ -107,7 +107,7 @@ def sincos_error(checks):
 
 
 def edges(checks):
-    """Exact where the evaluator relies on it: 2^0 = 1, |sin|, |cos| <= 1, nothing from 31 bits on."""
+    """What the evaluator relies on: 2^0 = 1, |sin| and |cos| <= 1, nothing from 31 bits on."""
     turns = np.arange(4, dtype=np.int64) << 30
     s, c = code_sincos(turns)
     checks.below("exp2n(0) - 1", abs(LIB.fix_exp2n(0) - ONE) / ONE, 2 ** -99)
@@ -123,7 +123,8 @@ def remez(goal, weight, degree):
     extremum an interval between sign changes, on a grid; 30 rounds are plenty at degree 2."""
     grid = [mp.mpf(k) / 4000 for k in range(1, 4001)]
     want, factor = [goal(x) for x in grid], [weight(x) for x in grid]
-    points = [round((1 - math.cos(math.pi * (k + 0.5) / (degree + 2))) * 1999) for k in range(degree + 2)]
+    points = [round((1 - math.cos(math.pi * (k + 0.5) / (degree + 2))) * 1999)
+              for k in range(degree + 2)]
     for _ in range(30):
         rows = mp.matrix([[grid[k] ** d for d in range(degree + 1)] + [(-1) ** n / factor[k]]
                           for n, k in enumerate(points)])
@@ -165,7 +166,8 @@ def constants(checks):
         # name, goal and weight over [0, 1], scale and sign of each constant in the code
         ("1 - 2^(-z/32) = z (a1 - a2 z)", lambda z: (1 - mp.mpf(2) ** (-z / 32)) / z, lambda z: z,
          (mp.mpf(2) ** 33, -mp.mpf(2) ** 34)),
-        ("sin = z (s0 - y (s1 - y s2))", lambda y: mp.sin(quarter * mp.sqrt(y)) / mp.sqrt(y), mp.sqrt,
+        ("sin = z (s0 - y (s1 - y s2))",
+         lambda y: mp.sin(quarter * mp.sqrt(y)) / mp.sqrt(y), mp.sqrt,
          (mp.mpf(2) ** 31, -mp.mpf(2) ** 33, mp.mpf(2) ** 35)),
         ("cos = 1 - y (c1 - y (c2 - y c3))",
          lambda y: (1 - mp.cos(quarter * mp.sqrt(y))) / y, lambda y: y,

@@ -6,9 +6,8 @@
 # Source: Schulz 2013, (2.20)-(2.32). No case distinction and no basis functions: the state
 # z = (w, w', w'', w''', 1) of a segment obeys z' = A z with the companion matrix of (2.22), so
 # z(s) = exp(A s) z(0). The unknowns are the states at the segments' midpoints. Energies are
-# A free end is left to the minimiser, except beside a prescribed acceleration, where it means f = 0:
-# the minimiser would then trade f at one end against the other end. Energies are
-# integrals of exp(A' s) S exp(A s) from one exponential of a block matrix (Van Loan 1978).
+# A free end is left to the minimiser, except beside a prescribed acceleration, where it means
+# f = 0: the minimiser would trade f at one end against the other. Energies are integrals of exp(A' s) S exp(A s) from one exponential of a block matrix (Van Loan 1978).
 # Working precision: 50 digits beyond those that cancel, which is the growth e^(R h/2) thrice.
 # SPDX-License-Identifier: AGPL-3.0-or-later
 import math
@@ -231,7 +230,7 @@ def dyadic(x):
 
 
 def hard_keys(count, h, start=0.0):
-    """Hard values at intervals between h/2 and h, all multiples of 1/1024 so that eighths are exact."""
+    """Hard values at intervals between h/2 and h, multiples of 1/1024: eighths are exact."""
     keys, t = [], start
     for k in range(count):
         keys.append((t, (round(random.uniform(-1, 1), 3), 0.0, 0.0), (HARD, 0.0, 0.0)))
@@ -269,7 +268,7 @@ def unstable_and_soft():
         yield Case(f"massless_{delta:g}", (0.0, delta, rounded(5)), hard_keys(3, 1.0),
                    value=(rounded(2), rounded(2)))
     for lam in (1e-12, -1e-9, 1e-7, 1e-5, 1e-3, -0.1):
-        for delta in (0, 0.01):
+        for delta in (0, 0.01, 2.0, 30.0):
             yield Case(f"rigid_{lam:g}_{delta:g}", (lam, delta, 9.81), hard_keys(3, 1.0),
                        value=(rounded(2), rounded(2)))
 
@@ -284,7 +283,8 @@ def resonance():
                     count = 3 if end[0] == VELOCITY else 2
                     keys = [(float(k), (rounded(1), 0.0, 0.0), (HARD, 0.0, 0.0))
                             for k in range(count)]
-                    yield Case(f"resonance_{half_periods}_{off:g}_{delta:g}_{end[0]}", mode, keys, end)
+                    name = f"resonance_{half_periods}_{off:g}_{delta:g}_{end[0]}"
+                    yield Case(name, mode, keys, end)
 
 
 def random_mode(largest):
@@ -320,7 +320,8 @@ def minimisers():
         end, value = (FREE, FREE), (0.0, 0.0)
         keys = hard_keys(count, 1.0)
         if kind in (1, 3, 5, 6):
-            reg = random.choice(((1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 0.5), (50.0, 3.0, 0.1)))
+            reg = random.choice(((1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 0.5),
+                                 (50.0, 3.0, 0.1)))
         if kind in (2, 3):
             keys = soft_keys(count + 1)
             if reg == (0.0, 0.0, 0.0):

@@ -1,119 +1,25 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The C player against the reference decoder, bit for bit.
+"""The C player (and the servo map of the device code) against the reference decoder, bit for bit.
 
-Builds the player as a shared library that traps on undefined behaviour, puts each clip so that it
-ends at a page that cannot be read, and compares everything the two can say about it. The seed is
-fixed; an argument replaces it.
+Compares everything the two can say about random valid clips, damaged ones and the golden files.
+The seed is fixed; an argument replaces it.
 """
 import ctypes
 import faulthandler
-import glob
-import mmap
 import os
 import random
 import re
 import struct
-import subprocess
 import sys
 
 import wgl
 import wgl_write
+from c_player import CFile, CLayer, CPlayer, Event, I32, LIB, ROOT, U8, U32
 from wgl_player import Player
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-ROOT = os.path.dirname(os.path.dirname(HERE))
 VECTORS = os.path.join(ROOT, "tests", "vectors")
 SEED = int(sys.argv[1]) if len(sys.argv) > 1 else 1
-U8, U16, U32, I32 = ctypes.c_uint8, ctypes.c_uint16, ctypes.c_uint32, ctypes.c_int32
-
-
-# ---- the C side ---------------------------------------------------------------------------------
-class Section(ctypes.Structure):
-    _fields_ = [("at", ctypes.c_void_p), ("bytes", U32), ("count", U16)]
-
-
-class File(ctypes.Structure):
-    _fields_ = [("section", Section * 13)]
-
-
-class CLayer(ctypes.Structure):
-    _fields_ = [("head", ctypes.c_uint64), ("from_", ctypes.c_uint64), ("wraps", U32),
-                ("speed", I32), ("fade_us", U32), ("faded_us", U32), ("fade_from", U16),
-                ("fade_to", U16), ("event", U16), ("clip", U8), ("end", U8), ("mode", U8),
-                ("mask", U8), ("playing", U8), ("backwards", U8)]
-
-
-class CPlayer(ctypes.Structure):
-    _fields_ = [("file", ctypes.POINTER(File)), ("layers", ctypes.POINTER(CLayer)),
-                ("now_us", U32), ("layer_count", U8), ("started", U8)]
-
-
-class Event(ctypes.Structure):
-    _fields_ = [("id", U16), ("layer", U8), ("backwards", U8)]
-
-
-def build_library():
-    folder = os.path.join(ROOT, "build", "tests")
-    os.makedirs(folder, exist_ok=True)
-    path = os.path.join(folder, "libplayer_bits.so")
-    subprocess.run(["gcc", "-std=c99", "-O1", "-shared", "-fPIC", "-fsanitize=undefined",
-                    "-fsanitize-undefined-trap-on-error", "-Iinclude",
-                    "-Ifirmware/player/mem/near", "-o", path]
-                   + sorted(glob.glob("firmware/player/*.c", root_dir=ROOT)), cwd=ROOT, check=True)
-    lib = ctypes.CDLL(path)
-    lib.fix_exp2n.restype = I32
-    lib.fix_exp2n.argtypes = [U32]
-    lib.wg_open.argtypes = [ctypes.POINTER(File), ctypes.c_void_p, U32]
-    for name, *types in (("wg_clip_position", U8, U32), ("wg_track_value", U16, U32),
-                         ("wg_track_velocity", U16, U32, U16),
-                         ("wg_clip_sample", U8, U32, ctypes.c_void_p, ctypes.c_void_p)):
-        getattr(lib, name).argtypes = [ctypes.POINTER(File)] + types
-    lib.wg_clip_position.restype = U32
-    for name, *types in (("play", U8, U8), ("pause", U8, ctypes.c_bool), ("seek", U8, U32),
-                         ("speed", U8, I32), ("end", U8, U8), ("fade", U8, U16, U32),
-                         ("crossfade", U8, U8, U32), ("update", U32), ("time", U8), ("ended", U8),
-                         ("sample", ctypes.c_void_p), ("event", ctypes.POINTER(Event))):
-        getattr(lib, "wg_player_" + name).argtypes = [ctypes.POINTER(CPlayer)] + types
-    lib.wg_player_time.restype = U32
-    lib.wg_player_ended.restype = ctypes.c_bool
-    return lib
-
-
-class Guarded:
-    """Memory whose end lies at a page without access, so that reading past a clip is a crash."""
-
-    def __init__(self, pages=16):
-        page = mmap.PAGESIZE
-        self.map = mmap.mmap(-1, (pages + 1) * page)
-        self.end = ctypes.addressof(ctypes.c_char.from_buffer(self.map)) + pages * page
-        libc = ctypes.CDLL(None, use_errno=True)
-        if libc.mprotect(ctypes.c_void_p(self.end), ctypes.c_size_t(page), 0) != 0:
-            raise OSError(ctypes.get_errno(), "mprotect")
-
-    def put(self, blob):
-        """Copies the blob; 4-byte aligned, so up to 3 readable bytes follow it."""
-        at = self.end - (len(blob) + 3 & ~3)
-        ctypes.memmove(at, blob, len(blob))
-        return at
-
-
-class CFile:
-    """One clip opened by the C player; `error` is 0 or WG_ERR_*."""
-
-    def __init__(self, blob, misalign=0):
-        self.file = File()
-        self.error = LIB.wg_open(self.file, MEMORY.put(blob) - misalign, len(blob))
-        self.channels = self.file.section[1].count
-
-    def sample(self, clip, time_us):
-        values, velocities = (I32 * self.channels)(), (I32 * self.channels)()
-        LIB.wg_clip_sample(self.file, clip, time_us, values, velocities)
-        return list(values), list(velocities)
-
-
-LIB = build_library()
-MEMORY = Guarded()
 
 
 class Failure(Exception):
@@ -139,9 +45,11 @@ def exponential_and_sine_have_the_same_bits():
     rng = random.Random(SEED)
     edges = [0, 1, (1 << 32) - 1, (31 << 24) - 1, 31 << 24] + [i << 19 for i in range(992)]
     for p in edges + [rng.getrandbits(32) for _ in range(5000)]:
-        p = p if p in edges else p >> rng.randint(0, 10)
         check_eq(LIB.fix_exp2n(p), wgl.exp2n(p), "exp2n(%d)" % p)
-        phase, s, c = p << 29 & wgl.M32 ^ p, I32(), I32()
+        check_eq(LIB.fix_exp2n(p >> 5), wgl.exp2n(p >> 5), "exp2n(%d)" % (p >> 5))
+    s, c = I32(), I32()
+    edges = [((k << 29) + d) & wgl.M32 for k in range(8) for d in (-1, 0, 1)]
+    for phase in edges + [rng.getrandbits(32) for _ in range(5000)]:
         LIB.fix_sincos(U32(phase), ctypes.byref(s), ctypes.byref(c))
         check_eq((s.value, c.value), wgl.sincos(phase), "sincos(%d)" % phase)
 
@@ -187,6 +95,19 @@ def clips_have_the_same_samples():
                 text = "file %d clip %d at %d us" % (n, i, time_us)
                 check_eq(LIB.wg_clip_position(c.file, i, time_us), clip.position(i, time_us), text)
                 check_eq(c.sample(i, time_us), clip.sample(i, time_us), text)
+
+
+def servos_have_the_same_targets():
+    for n in range(200):
+        rng = random.Random("%d servo %d" % (SEED, n))
+        blob = wgl_write.build(wgl_write.random_file(rng))
+        clip, c = wgl.Clip(blob), CFile(blob)
+        for _ in range(10):
+            values = [wgl.sat(rng.choice((-1, 1)) * wgl_write.any_log(rng, 30))
+                      for _ in clip.channels]
+            for i, servo in enumerate(clip.servos):
+                check_eq(LIB.wg_servo_target(c.file, i, (I32 * len(values))(*values)),
+                         clip.servo_q8(i, values[servo.channel]), "file %d servo %d" % (n, i))
 
 
 # ---- the layered player -------------------------------------------------------------------------
@@ -269,18 +190,21 @@ def players_agree_over_random_scripts():
 
 
 def small_ticks_pass_the_same_events_as_large_ones():
-    """Each event of three rounds of a ping-pong clip once, in order, whatever the ticks."""
+    """Three rounds of a ping-pong clip, both ways: each event once, in order, at any ticks."""
     clip = {"rate": 100, "ticks": 100, "end": wgl.PINGPONG, "tracks": [],
             "events": [(0, 1), (40, 2), (99, 3)]}
     blob = wgl_write.build({"channels": [(0, 0, 0)], "clips": [clip], "layers": [(0, 0, 255, 9)]})
-    for ticks in ([6000000], [1] * 40 + [5999960], [999983] * 6 + [102], [10007] * 599 + [5807]):
+    ways = ([6000000], [1] * 40 + [5999960], [999983] * 6 + [102], [10007] * 599 + [5807])
+    for speed, ticks in [(speed, ticks) for speed in (65536, -65536) for ticks in ways]:
         pair, now, got, event = Pair(blob, 1), 0, [], Event()
         pair.call("update", "update", (0,))
+        pair.call("speed", "speed", (0, speed))
         for dt in ticks:
             now += dt
             pair.call("update", "update", (now,))
             while LIB.wg_player_event(pair.player, event):
                 got.append((event.id, event.backwards))
+        pair.compare("%d ticks" % len(ticks))
         check_eq(got, [(1, 0), (2, 0), (3, 0), (3, 1), (2, 1), (1, 1)] * 3, "%d ticks" % len(ticks))
 
 
@@ -298,7 +222,8 @@ def patched(blob, section, at, layout, value):
 
 # Each MUST of SPEC 5 broken in tests/vectors/v1_all.wgl: error, then section, place, layout, value.
 # Sections are in the order of their kinds, so entry k of the directory (12 bytes from 16) is kind
-# k + 1; runs 0..7 have kinds 0..7; the matrix is filter 2.
+# k + 1; runs 0..7 have kinds 0..7; the matrix is filter 2 and the last thing in DATA.
+DATA_BYTES = 264
 BROKEN = [
     ("BadMagic", "", 0, "B", 0x56), ("BadVersion", "", 8, "B", 2), ("BadVersion", "", 8, "B", 0),
     ("BadDirectory", "", 10, "H", 65), ("BadDirectory", "", 10, "H", 0xFFFF),
@@ -334,8 +259,10 @@ BROKEN = [
     ("BadRun", "runs", 146, "B", 6), ("BadRun", "runs", 146, "B", 0x10),
     ("BadRun", "runs", 8, "i", (1 << 28) + 1), ("BadRun", "runs", 8, "i", -(1 << 28) - 1),
     ("BadRun", "runs", 12, "I", 1), ("BadRun", "runs", 12, "I", 0xFFFFFFFE),
-    ("BadRun", "runs", 12, "I", 4000), ("BadRun", "runs", 16, "I", 5),
-    ("BadRun", "runs", 16, "I", 0xFFFFFFFE), ("BadRun", "runs", 16, "I", 4000),
+    ("BadRun", "runs", 12, "I", DATA_BYTES - 2), ("BadRun", "runs", 16, "I", 5),
+    ("BadRun", "runs", 16, "I", 0xFFFFFFFE), ("BadRun", "runs", 16, "I", DATA_BYTES - 4),
+    ("BadRun", "runs", 56, "I", DATA_BYTES - 10), ("BadRun", "runs", 76, "I", DATA_BYTES - 28),
+    ("BadRun", "runs", 136, "I", DATA_BYTES - 28),
     ("BadRun", "runs", 76, "I", 30), ("BadRun", "runs", 156, "I", 0xFFFFFFFC),
     ("BadTimes", "data", 0, "H", 0), ("BadTimes", "data", 0, "H", 20),
     ("BadTimes", "data", 2, "H", 21), ("BadEvent", "events", 0, "H", 41),
@@ -346,6 +273,7 @@ BROKEN = [
     ("BadFilter", "filters", 4, "i", (1 << 28) + 1), ("BadFilter", "filters", 8, "i", -(1 << 31)),
     ("BadFilter", "filters", 25, "B", 0), ("BadFilter", "filters", 25, "B", 9),
     ("BadFilter", "filters", 28, "i", 1), ("BadFilter", "filters", 28, "i", -2),
+    ("BadFilter", "", 72, "I", DATA_BYTES - 1),
     ("BadFilter", "filters", 28, "i", 4000), ("BadFilter", "filters", 25, "B", 8),
     ("BadTrigger", "triggers", 2, "B", 3), ("BadTrigger", "triggers", 3, "B", 3),
     ("BadServo", "servos", 0, "B", 4), ("BadServo", "servos", 2, "H", 3),
@@ -452,8 +380,9 @@ def spec_7_shows_the_worked_clip():
 
 
 TESTS = (exponential_and_sine_have_the_same_bits, tracks_have_the_same_values_and_velocities,
-         clips_have_the_same_samples, players_agree_over_random_scripts,
-         small_ticks_pass_the_same_events_as_large_ones, everything_that_must_be_rejected_is,
+         clips_have_the_same_samples, servos_have_the_same_targets,
+         players_agree_over_random_scripts, small_ticks_pass_the_same_events_as_large_ones,
+         everything_that_must_be_rejected_is,
          every_truncation_and_every_flipped_bit_is_rejected,
          damaged_files_with_a_good_crc_are_judged_alike, golden_files_keep_their_values,
          spec_7_shows_the_worked_clip)

@@ -163,7 +163,8 @@ class Clip:
 
     def open_header(self):
         need(len(self.blob) >= 16, Short, "no room for a header")
-        magic, crc, self.major, self.minor, sections, length = struct.unpack_from("<IIBBHI", self.blob)
+        (magic, crc, self.major, self.minor, sections,
+         length) = struct.unpack_from("<IIBBHI", self.blob)
         need(magic == 0x594C4757, BadMagic, "magic %08x" % magic)
         need(self.major == 1, BadVersion, "major %d" % self.major)
         need(16 <= length <= len(self.blob), Short, "length %d of %d" % (length, len(self.blob)))
@@ -186,7 +187,8 @@ class Clip:
             name = SECTIONS[kind - 1]
             need(count <= MOST[kind - 1], BadDirectory, "%d %s" % (count, name))
             if RECORD[kind - 1]:
-                need(size == count * RECORD[kind - 1], BadDirectory, "%d bytes of %s" % (size, name))
+                need(size == count * RECORD[kind - 1], BadDirectory,
+                     "%d bytes of %s" % (size, name))
             self.count[name], self.offset[name], self.bytes[name] = count, offset, size
         need(self.count["channels"], BadChannel, "no channels")
         need(self.count["clips"], BadClip, "no clips")
@@ -288,7 +290,8 @@ class Clip:
         for i, trigger in enumerate(self.triggers):
             here = "trigger %d" % i
             need(trigger.layer < len(self.layers), BadTrigger, here + ": layer")
-            need(trigger.clip == NONE or trigger.clip < len(self.clips), BadTrigger, here + ": clip")
+            need(trigger.clip == NONE or trigger.clip < len(self.clips), BadTrigger,
+                 here + ": clip")
         for i, f in enumerate(self.filters):
             here = "filter %d" % i
             need(f.op <= MATRIX, BadFilter, here + ": op")
@@ -316,7 +319,7 @@ class Clip:
 
     # ---- 4.12 names, 4.11 servos ----------------------------------------------------------------
     def name(self, what, index):
-        """Name of a channel, clip, servo, layer or event id; a plain one where the file has none."""
+        """Name of a channel, clip, servo, layer or event id; a plain one if the file has none."""
         at = index
         for kind in ("channels", "clips", "servos", "layers", "events"):
             if kind == what:

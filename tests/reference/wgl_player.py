@@ -113,7 +113,7 @@ class Player:
         return part, step - part
 
     def leg_events(self, layer, clip, head, leg, backwards):
-        """Events of one leg in the order of play; on a returning leg the clip runs the other way."""
+        """Events of one leg in the order of play; a returning leg shows the clip the other way."""
         d, events = self.duration(layer), self.file.clips[clip].events
         if leg < 0 and head == 0:
             head = self.period(layer)

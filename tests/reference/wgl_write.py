@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Writes clip files from plain Python structures, independently of the baker, and makes random ones.
+"""Writes clip files from plain Python structures, without the baker, and makes random ones.
 
     wgl_write.py DIRECTORY      writes v1_worked.wgl, v1_all.wgl and v1_all.csv there
 
-A file is a dict: channels [(frac, unit, rest)], clips [dict(rate, ticks, end, tracks, events)],
-masks [bytes], layers [(clip, mode, mask, weight)], filters [(op, n, channel, a, b)], where a of a
-MATRIX is (channels, rows), triggers [(event, layer, clip, fade_ms)], servos [9-tuples], names
-[bytes], extra {kind: bytes}. A track is (channel, [run]); a run is dict(kind, ends, c, shift, aux,
+A file is a dict: channels [(frac, unit, rest)], clips [dict(rate, ticks, end, tracks, events,
+time)], where time replaces the fields made of rate and ticks, masks [bytes], layers [(clip, mode,
+mask, weight)], filters [(op, n, channel, a, b)], where a of a MATRIX is (channels, rows), triggers
+[(event, layer, clip, fade_ms)], servos [tuples in the order of 4.11], names [bytes], extra
+{kind: bytes}. A track is (channel, [run]); a run is dict(kind, ends, c, shift, aux,
 base, params); it starts where the one before it ends.
 """
 import os
@@ -166,15 +167,16 @@ def any_run(rng, start, stop):
 def any_clip(rng, channels, event_ids):
     ticks = rng.choice((1, 2, 65535, rng.randint(3, 300), rng.randint(300, 65535)))
     slowest = ticks // 4294 + 1  # the duration has to fit 32 bits of microseconds
-    clip = {"rate": max(slowest, any_log(rng, 16)), "ticks": ticks, "end": rng.randrange(3), "tracks": []}
+    clip = {"rate": max(slowest, any_log(rng, 16)), "ticks": ticks, "end": rng.randrange(3),
+            "tracks": []}
     if rng.random() < 0.1:
         us_q16 = max(1 << 19, any_log(rng, 48))
         clip["time"] = (max(1, any_log(rng, 32)), rng.randint(0, 40), us_q16 >> 16, us_q16 & 65535)
     for channel in sorted(rng.sample(range(channels), rng.randint(0, channels))):
         starts = [0] + any_ends(rng, 0, ticks, 4)
         clip["tracks"].append((channel, [any_run(rng, *span) for span in zip(starts, starts[1:])]))
-    clip["events"] = sorted((rng.choice((0, ticks - 1, rng.randrange(ticks))), rng.randrange(event_ids))
-                            for _ in range(rng.randint(0, 6)))
+    clip["events"] = sorted((rng.choice((0, ticks - 1, rng.randrange(ticks))),
+                             rng.randrange(event_ids)) for _ in range(rng.randint(0, 6)))
     return clip
 
 
@@ -249,7 +251,8 @@ def everything():
     runs = every_kind()
     ramp = {"kind": wgl.LINEAR, "ends": [160], "c": [-5000, 5000]}
     steps = {"kind": wgl.HELD, "ends": [1, 2, 30, 50], "c": [5, -5, 30000, -30000, 0], "shift": 9}
-    swing = {"kind": wgl.OSC0, "ends": [50], "c": [4000, 0, 0, -4000], "params": [(1 << 27, 1 << 16)]}
+    swing = {"kind": wgl.OSC0, "ends": [50], "c": [4000, 0, 0, -4000],
+             "params": [(1 << 27, 1 << 16)]}
     clips = [{"rate": 100, "ticks": 160, "tracks": [(0, runs), (1, [ramp])],
               "events": [(0, 0), (40, 1), (40, 0), (159, 2)]},
              {"rate": 30, "ticks": 50, "end": 1, "tracks": [(1, [steps]), (2, [swing])],

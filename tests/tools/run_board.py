@@ -62,8 +62,11 @@ class Peer(threading.Thread):
         with open(self.reply_path, "rb") as reply:
             connection.sendall(reply.read())
         with open(self.bus_path, "wb") as bus:
-            while data := connection.recv(4096):
-                bus.write(data)
+            try:
+                while data := connection.recv(4096):
+                    bus.write(data)
+            except ConnectionResetError:  # QEMU ended without reading all of the reply
+                pass
 
 
 def command_line(args, log, bus):

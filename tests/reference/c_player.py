@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""The C player through ctypes: a shared library that traps on undefined behaviour, and clips placed
+so that they end at a page that cannot be read."""
+import ctypes
+import glob
+import mmap
+import os
+import subprocess
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+U8, U16, U32, I32 = ctypes.c_uint8, ctypes.c_uint16, ctypes.c_uint32, ctypes.c_int32
+
+
+class Section(ctypes.Structure):
+    _fields_ = [("at", ctypes.c_void_p), ("bytes", U32), ("count", U16)]
+
+
+class File(ctypes.Structure):
+    _fields_ = [("section", Section * 13)]
+
+
+class CLayer(ctypes.Structure):
+    _fields_ = [("head", ctypes.c_uint64), ("from_", ctypes.c_uint64), ("wraps", U32),
+                ("speed", I32), ("fade_us", U32), ("faded_us", U32), ("fade_from", U16),
+                ("fade_to", U16), ("event", U16), ("clip", U8), ("end", U8), ("mode", U8),
+                ("mask", U8), ("playing", U8), ("backwards", U8)]
+
+
+class CPlayer(ctypes.Structure):
+    _fields_ = [("file", ctypes.POINTER(File)), ("layers", ctypes.POINTER(CLayer)),
+                ("now_us", U32), ("layer_count", U8), ("started", U8)]
+
+
+class Event(ctypes.Structure):
+    _fields_ = [("id", U16), ("layer", U8), ("backwards", U8)]
+
+
+def build_library():
+    folder = os.path.join(ROOT, "build", "tests")
+    os.makedirs(folder, exist_ok=True)
+    path = os.path.join(folder, "libplayer_bits.so")
+    subprocess.run(["gcc", "-std=c99", "-O1", "-shared", "-fPIC", "-fsanitize=undefined",
+                    "-fsanitize-undefined-trap-on-error", "-Iinclude",
+                    "-Ifirmware/player/mem/near", "-Ifirmware/player", "-o", path,
+                    "firmware/device/servo.c"]
+                   + sorted(glob.glob("firmware/player/*.c", root_dir=ROOT)), cwd=ROOT, check=True)
+    lib = ctypes.CDLL(path)
+    lib.fix_exp2n.restype = I32
+    lib.fix_exp2n.argtypes = [U32]
+    lib.wg_open.argtypes = [ctypes.POINTER(File), ctypes.c_void_p, U32]
+    for name, *types in (("wg_clip_position", U8, U32), ("wg_track_value", U16, U32),
+                         ("wg_track_velocity", U16, U32, U16),
+                         ("wg_servo_target", U8, ctypes.c_void_p),
+                         ("wg_clip_sample", U8, U32, ctypes.c_void_p, ctypes.c_void_p)):
+        getattr(lib, name).argtypes = [ctypes.POINTER(File)] + types
+    lib.wg_clip_position.restype = U32
+    lib.wg_servo_target.restype = I32
+    for name, *types in (("play", U8, U8), ("pause", U8, ctypes.c_bool), ("seek", U8, U32),
+                         ("speed", U8, I32), ("end", U8, U8), ("fade", U8, U16, U32),
+                         ("crossfade", U8, U8, U32), ("update", U32), ("time", U8), ("ended", U8),
+                         ("sample", ctypes.c_void_p), ("event", ctypes.POINTER(Event))):
+        getattr(lib, "wg_player_" + name).argtypes = [ctypes.POINTER(CPlayer)] + types
+    lib.wg_player_time.restype = U32
+    lib.wg_player_ended.restype = ctypes.c_bool
+    return lib
+
+
+class Guarded:
+    """Memory whose end lies at a page without access, so that reading past a clip is a crash."""
+
+    def __init__(self, pages=256):
+        page = mmap.PAGESIZE
+        self.map = mmap.mmap(-1, (pages + 1) * page)
+        self.end = ctypes.addressof(ctypes.c_char.from_buffer(self.map)) + pages * page
+        libc = ctypes.CDLL(None, use_errno=True)
+        if libc.mprotect(ctypes.c_void_p(self.end), ctypes.c_size_t(page), 0) != 0:
+            raise OSError(ctypes.get_errno(), "mprotect")
+
+    def put(self, blob):
+        """Copies the blob; 4-byte aligned, so up to 3 readable bytes follow it."""
+        if len(blob) > len(self.map) - 2 * mmap.PAGESIZE:
+            raise ValueError("a clip of %d bytes" % len(blob))
+        at = self.end - (len(blob) + 3 & ~3)
+        ctypes.memmove(at, blob, len(blob))
+        return at
+
+
+LIB = build_library()
+MEMORY = Guarded()
+
+
+class CFile:
+    """One clip opened by the C player; `error` is 0 or WG_ERR_*."""
+
+    def __init__(self, blob, misalign=0):
+        self.file = File()
+        self.error = LIB.wg_open(self.file, MEMORY.put(blob) - misalign, len(blob))
+        self.channels = self.file.section[1].count
+
+    def sample(self, clip, time_us):
+        values, velocities = (I32 * self.channels)(), (I32 * self.channels)()
+        LIB.wg_clip_sample(self.file, clip, time_us, values, velocities)
+        return list(values), list(velocities)
