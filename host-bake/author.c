@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define TICKS_MAX 65535.0
+#define TICKS_MAX   65535.0
+#define SECONDS_MAX 4294.0 /* 2^32 us: the format's, and the device clock's, 71 minutes */
 
 static int on_grid(double time, int rate)
 {
@@ -146,11 +147,11 @@ int author_clip_make(const scene *s, int index, author_clip *out, bake_error *er
     }
     if (err == 0) {
         double duration = clip->duration > 0 ? clip->duration : longest(clip, out);
-        out->rate = duration > 0 ? choose_rate(s, clip, duration) : 0;
+        out->rate = duration > 0 && duration < SECONDS_MAX ? choose_rate(s, clip, duration) : 0;
         if (out->rate == 0) {
-            err = bake_fail(error, "%s:%d: clip %s lasts %g s: a clip has 1 to %g ticks, so set a duration "
-                            "or a lower tick_rate, or split it", s->path, clip->line, clip->name,
-                            duration, TICKS_MAX);
+            err = bake_fail(error, "%s:%d: clip %s lasts %g s: a clip has 1 to %g ticks and less than "
+                            "%g s, so set a duration or a lower tick_rate, or split it", s->path, clip->line, clip->name,
+                            duration, TICKS_MAX, SECONDS_MAX);
         } else {
             out->ticks = (int)fmax(1, floor(duration * out->rate + 0.5));
         }

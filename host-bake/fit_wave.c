@@ -108,11 +108,11 @@ int fit_wave_candidates(const fit_problem *p, fit_wave waves[FIT_WAVES_MAX])
         like.a > DECAY_MOST * p->rate || like.b > TURN_MOST * p->rate) {
         return 0;
     }
-    double wide = fmax(delta, eta), gap = fmin(delta, eta);
-    if (gap >= 1e-7 * wide) {
+    double wide = square < 0 ? delta : fmax(delta, eta), gap = square < 0 ? eta : fmin(delta, eta);
+    if (gap > 1e-7 * wide) {
         waves[n++] = (fit_wave){like, longest};
     }
-    if (gap < NEARLY_CRITICAL * wide && (square >= 0 || delta > eta)) {
+    if (gap < NEARLY_CRITICAL * wide) {
         like.family = BAKE_CRIT;
         like.a = wide;
         like.b = 0;

@@ -23,8 +23,8 @@ typedef struct {
  * C(r s) = cosh(r s)/cosh(r H), S(r s) = sinh(r s)/sinh(r H); for r = 0: C = 1, S = x.
  * sin(b s) is divided by sin(b H) while b H < pi/2, so every function stays within [-1, 1]
  * (SERIES: [-1.5, 1.5]). HYP and SERIES serve the places where the other four lose digits. A
- * coefficient stays below 40 times the curve's amplitude, near critical damping (CRIT, HYP and EXP
- * with close rates) below 40 + 4 a H times: test_bake_spline measures it. */
+ * coefficient stays below 40 times the curve's amplitude in POLY, SERIES and OSC with b >= a, below
+ * 40 + 4 a H times elsewhere (near critical damping): test_bake_families measures it. */
 typedef enum { BAKE_POLY, BAKE_OSC, BAKE_CRIT, BAKE_EXP, BAKE_HYP, BAKE_SERIES } bake_family;
 
 /* w(t) = sum_l w[l] b_l(t) + rest + drive P_4(t) on [t0, t1] seconds. rest = -g/lambda (erratum
@@ -67,8 +67,11 @@ typedef struct {
     double weight[3];
 } bake_key;
 
-/* How an end is determined. FREE is the natural condition w'' + 2 delta w' + lambda w + g = 0;
- * PERIODIC (both or none) joins value, velocity and acceleration of the first and last key. */
+/* How an end is determined. FREE is the natural condition w'' + 2 delta w' + lambda w + g = 0: what
+ * the minimiser of E_f2 does at an end nobody prescribes. (Beside a prescribed acceleration at the
+ * other end the banded path imposes it, while the minimiser would trade one end against the other;
+ * with a regulariser the minimiser decides.) PERIODIC (both or none) joins value, velocity and
+ * acceleration of the first and last key. */
 typedef enum {
     BAKE_END_FREE,
     BAKE_END_VELOCITY,
@@ -100,9 +103,10 @@ typedef struct {
  * constrained minimiser of 2.5.2 within the four functions of each segment. Periodic: the last key
  * is the first one a period later; hard values must agree. curve->segment is allocated here, NULL
  * on failure. Success with a non-empty error->text is a warning (overshoot > 10 near resonance).
- * `report` may be NULL, which saves the quadrature of the energy. error   1e-9 of the amplitude for
- * value, h x velocity, h^2 x acceleration (spline_oracle.csv); fails if condition < 1e-11 or
- * residual > 1e-10 */
+ * `report` may be NULL, which saves the quadrature of the energy.
+ *
+ *   error   1e-9 of the amplitude in value, h x velocity, h^2 x acceleration (test_bake_spline);
+ *           fails if condition < 1e-11 or residual > 1e-10 */
 int bake_spline_solve(const bake_spline_problem *problem, const bake_key *keys, int key_count,
                       bake_curve *curve, bake_spline_report *report, bake_error *error);
 

@@ -1,7 +1,8 @@
 /* The direct path: all values hard, one condition at each end.
  * Source: Schulz 2013, 2.5.3. Own: the 4(m-1) coefficients are reduced to the m knot velocities, so
  * the system is tridiagonal (LAPACK dgttrf, dgttrs); for prescribed end velocities it is the
- * Hessian of the energy, hence positive definite. SPDX-License-Identifier: AGPL-3.0-or-later */
+ * Hessian of the energy, hence positive definite.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "spline_parts.h"
 
 #include <lapacke.h>

@@ -48,7 +48,7 @@ int bake_fail_resonant(const bake_work *work, const char *what, bake_error *erro
         error,
         "%s: resonance between the keys at %.6g s and %.6g s, whose distance is %.5f "
         "half periods (%.6g s) of this mode, so that a large oscillation fits the keys; "
-        "regularise (alpha, beta or gamma > 0), choose other end conditions, or change "
+        "regularise (alpha, beta or gamma > 0), prescribe the end velocities, or change "
         "the frequency or the damping",
         what, t0, t1, (t1 - t0) / half, half);
 }

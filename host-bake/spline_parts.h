@@ -34,7 +34,7 @@ void bake_segment_functions(const bake_segment *segment, double s, double out[4]
 
 /* Calls visit(context, s, weight) at the nodes of a composite 16-point Gauss-Legendre rule on one
  * segment: panels double away from each end (layers of width 1/a) and never exceed half a period.
- *   error   <= 1e-13 of the integral of |integrand| for products of two basis functions */
+ *   error   <= 1e-12 of the boundary terms the energy integrates to (test_bake_families) */
 typedef void bake_visit(void *context, double s, double weight);
 void bake_segment_quadrature(const bake_segment *segment, bake_visit *visit, void *context);
 

@@ -76,7 +76,7 @@ int wg_open(wg_file *file, const void *clip, uint32_t size);
 uint32_t wg_clip_position(const wg_file *file, uint8_t clip, uint32_t time_us);
 
 /* Value of one track at a position: raw units of its channel.                            [SPEC 6.3]
- *   track    index into TRACKS, below its count
+ *   track    index into TRACKS; a track of one of the clips: wg_open looks at no others
  *   error    <= 2^-13 of the channel's range against the authored spline for clips by our baker,
  *            derived in DESIGN 6, measured for every clip by its certificate
  *   cost     bounded by ceil(log2(segments)) + a constant; the same whatever was sampled before */
@@ -163,8 +163,9 @@ void wg_player_end(wg_player *p, uint8_t layer, uint8_t end);
  * Starting a ramp inside another continues from the weight it had. */
 void wg_player_fade(wg_player *p, uint8_t layer, uint16_t weight, uint32_t fade_us);
 
-/* Cross-fades to `clip` over `fade_us` with two neighbouring layers `lower` and lower + 1: the one
- * that weighs less gets the clip, and the upper one's weight uncovers or covers the lower. */
+/* Cross-fades to `clip` over `fade_us` with two neighbouring layers `lower` and lower + 1: the upper
+ * one gets the clip unless it is shown (weight above 1/2), and its weight covers or uncovers the
+ * lower one. */
 void wg_player_crossfade(wg_player *p, uint8_t lower, uint8_t clip, uint32_t fade_us);
 
 /* Where a layer is, and whether it has come to the end of a clip that does not repeat. */

@@ -158,7 +158,7 @@ static void a_cut_starts_at_zero_with_interpolated_ends(void)
     CHECK(part.time == NULL && part.count == 0);
 }
 
-/* The sample's node turns about z by 45 degrees at 0.5 s steps: 0 0 45 90 90 90 ..., back through 0. */
+/* The sample's node turns about z in 0.5 s steps: 0, 0, 45, 90, 90, 90 degrees and back. */
 static void gltf_poses_are_joined_by_arcs_in_steps_of_two_degrees(void)
 {
     capture got;
@@ -173,6 +173,18 @@ static void gltf_poses_are_joined_by_arcs_in_steps_of_two_degrees(void)
     }
     CHECK_NEAR(highest, 90, 0.01); /* the file writes 0.707 for sin 45 deg */
     CHECK(step <= 2.0001 && got.count > 90);
+    capture_free(&got);
+}
+
+/* At rest turned by 50 degrees about (1, 2, -1), the node turns about its parent's (2, -1, 2). */
+static void the_bind_rotation_is_taken_off(void)
+{
+    capture got;
+    ask_node(SCENES "bent.gltf", "Bent", 2.0 / 3, -1.0 / 3, 2.0 / 3);
+    CHECK_EQ(load(&got), 0);
+    CHECK_EQ(got.count, 11);
+    for (int i = 0; i < got.count; i++)
+        CHECK_NEAR(got.value[i], 10 * i - 30, angle_tolerance);
     capture_free(&got);
 }
 
@@ -291,6 +303,7 @@ int main(void)
     TEST(a_translation_is_the_way_from_the_bind_position);
     TEST(a_cut_starts_at_zero_with_interpolated_ends);
     TEST(gltf_poses_are_joined_by_arcs_in_steps_of_two_degrees);
+    TEST(the_bind_rotation_is_taken_off);
     TEST(an_fbx_joint_is_found_by_its_own_name);
     TEST(names_and_numbers_that_are_not_there_are_explained);
     TEST(an_angle_across_the_axis_is_refused);

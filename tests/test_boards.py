@@ -25,7 +25,8 @@ RECEIVES = ["microbit", "sifive_e", "atmega2560"]
 MEMORY = 512  # with more than 256 bytes its address takes two: 01 02 of the HAL test
 # the micro:bit's emulated I2C acknowledges everything, simavr's has wrong status codes, the
 # FE310-G000 has none
-I2C_SAYS = {"mps2-an386": ["i2c 40 ok", "i2c 41 silent"], "atmega2560": ["i2c 40 silent", "i2c 41 silent"],
+I2C_SAYS = {"mps2-an386": ["i2c 40 ok", "i2c 41 silent"],
+            "atmega2560": ["i2c 40 silent", "i2c 41 silent"],
             "microbit": ["i2c 40 ok", "i2c 41 ok"], "sifive_e": ["i2c 40 silent", "i2c 41 silent"],
             "host": ["i2c 40 silent", "i2c 41 silent"]}
 
@@ -61,12 +62,14 @@ def run(board, image, reply=False):
     """(exit code, log lines, bus bytes, I2C memory or None) of one run, alone or with a peer."""
     with tempfile.TemporaryDirectory() as d:
         path = {name: os.path.join(d, name) for name in ("log", "bus", "reply", "memory")}
-        for name, content in ("reply", REPLY), ("memory", bytes(MEMORY)), ("bus", b""), ("log", b""):
+        contents = {"reply": REPLY, "memory": bytes(MEMORY), "bus": b"", "log": b""}
+        for name, content in contents.items():
             with open(path[name], "wb") as f:
                 f.write(content)
         options = memory_options(board, path["memory"])
         command = [sys.executable, os.path.join(ROOT, "tests/tools/run_board.py"), board, image,
-                   "--log", path["log"], "--bus", path["bus"], "--reply", path["reply"] if reply else os.devnull, "--"]
+                   "--log", path["log"], "--bus", path["bus"],
+                   "--reply", path["reply"] if reply else os.devnull, "--"]
         code = subprocess.run(command + options, cwd=ROOT, capture_output=True).returncode
         with open(path["log"]) as log, open(path["bus"], "rb") as bus:
             result = code, log.read().splitlines(), bus.read()
@@ -79,9 +82,10 @@ def test_hal(board, clip):
     check(f"{board} exit code", code, EXIT_HAL)
     check(f"{board} log", log, ["hal", "wait ok", "past ok"] + I2C_SAYS[board])
     echo = bytes((b + 1) & 255 for b in REPLY) if board in RECEIVES else b""
-    check(f"{board} bus carries every byte value and what it received", bus, bytes(range(256)) + echo)
+    check(f"{board} bus: every byte value, then the echo", bus, bytes(range(256)) + echo)
     if memory is not None:
-        check(f"{board} i2c memory", memory, bytes(0x102) + bytes([3, 4]) + bytes(MEMORY - 0x104))
+        want = bytes(0x102) + bytes([3, 4])
+        check(f"{board} i2c memory", memory, want + bytes(MEMORY - len(want)))
 
 
 def test_board(board, clip, host):

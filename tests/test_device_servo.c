@@ -183,6 +183,24 @@ static void compliant_motion_passes_bit_unchanged_with_any_ticks(void)
     CHECK(moved > 10000); /* the generator does not give up at once */
 }
 
+/* Two steps that each use the whole limit, to the last 1/256 unit: the rounding of velocities must not
+ * refuse any. Ticks of 1/8 s, where 1/256 unit is only 128 bits of a velocity. */
+static void steps_at_the_very_acceleration_limit_pass(void)
+{
+    for (int run = 0; run < 100000; run++) {
+        int32_t acceleration = 16 * between(10, 6000), dt = between(110000, 125000);
+        int64_t most = (int64_t)acceleration * 256 * dt * dt / 1000000000000;
+        int32_t first = between(-(int32_t)most, (int32_t)most);
+        int sign = between(0, 1) ? 1 : -1;
+        limits(-32768, 32767, 0, acceleration);
+        rest_at(0);
+        step(first, (uint32_t)dt);
+        CHECK_EQ(servo.position_q15, first * 128);
+        step(2 * first + sign * (int32_t)most, (uint32_t)dt);
+        CHECK_EQ(servo.position_q15, (2 * first + sign * (int32_t)most) * 128);
+    }
+}
+
 static void compliant_motion_into_an_end_stop_passes_bit_unchanged(void)
 {
     setting s = limits(0, 4000, 30000, 160000);
@@ -310,6 +328,21 @@ static void constant_target_is_met_exactly_and_never_passed(void)
     printf("constant target: at most %.3f of the fastest time + 4 ticks\n", slowest);
 }
 
+static void the_slowest_servo_arrives_with_the_shortest_tick(void)
+{
+    for (int from = -3; from <= 3; from++) {
+        double before;
+        limits(-10, 10, 1, 16);
+        wg_servo_start(&servo, 0, (int16_t)from);
+        for (int i = 0; i < 300000 && servo.position_q15 != 0; i++) {
+            before = fabs(position());
+            step(0, 128);
+            CHECK(fabs(position()) <= before && before - fabs(position()) <= 1.0 / 256);
+        }
+        CHECK_EQ(servo.position_q15, 0);
+    }
+}
+
 static void uneven_ticks_pass_a_constant_target_by_no_more_than_stated(void)
 {
     double worst = 0;
@@ -370,6 +403,31 @@ static void a_target_that_stops_dead_at_an_end_stop_is_braked_for(void)
     CHECK_EQ(wg_servo_position(&servo), 4000);
 }
 
+/* Ticks that shorten leave a rest of velocity at the end stop: it ends there and then. */
+static void a_servo_held_by_an_end_stop_has_no_velocity(void)
+{
+    int held = 0;
+
+    for (int run = 0; run < 200; run++) {
+        int32_t dt = between(8000, 12000);
+        double last = 0;
+        limits(0, between(900, 1100), 30000, 160000);
+        rest_at(0);
+        for (int i = 0; i < 60; i++) {
+            step(2000 * 256, (uint32_t)dt);
+            if (position() == last && last > 0) {
+                CHECK_EQ(servo.velocity_q12, 0);
+                held++;
+            }
+            last = position();
+            if (position() > 899) {
+                dt = 500;
+            }
+        }
+    }
+    CHECK(held > 1000);
+}
+
 /* ---- starting and time
  * -------------------------------------------------------------------------------- */
 
@@ -405,24 +463,28 @@ static void start_approaches_at_an_eighth_of_the_velocity_limit(void)
 
 static void soft_start_ends_when_the_target_crosses_the_servo(void)
 {
-    limits(-4000, 4000, 800, 16000);
-    wg_servo_start(&servo, 0, 0);
-    step(3000 * 256, 10000);
-    CHECK_EQ(wg_servo_mode(&servo), WG_SERVO_APPROACHING);
-    step(-3000 * 256, 10000);
-    CHECK_EQ(wg_servo_mode(&servo), WG_SERVO_FOLLOWING);
+    for (int sign = -1; sign <= 1; sign += 2) {
+        limits(-4000, 4000, 800, 16000);
+        wg_servo_start(&servo, 0, 0);
+        step(sign * 3000 * 256, 10000);
+        CHECK_EQ(wg_servo_mode(&servo), WG_SERVO_APPROACHING);
+        step(-sign * 3000 * 256, 10000);
+        CHECK_EQ(wg_servo_mode(&servo), WG_SERVO_FOLLOWING);
+    }
 }
 
 static void a_start_outside_the_limits_comes_in_and_never_goes_further_out(void)
 {
-    limits(-1000, 1000, 2000, 4000);
-    wg_servo_start(&servo, 0, 1800);
-    for (int i = 0; i < 3000; i++) {
-        double before = position();
-        step(900 * 256, 10000);
-        CHECK(position() <= before && before - position() <= 20.01);
+    for (int sign = -1; sign <= 1; sign += 2) {
+        limits(-1000, 1000, 2000, 4000);
+        wg_servo_start(&servo, 0, (int16_t)(sign * 1800));
+        for (int i = 0; i < 3000; i++) {
+            double before = position() * sign;
+            step(sign * 900 * 256, 10000);
+            CHECK(position() * sign <= before && before - position() * sign <= 20.01);
+        }
+        CHECK_EQ(servo.position_q15, sign * 900 * 32768);
     }
-    CHECK_EQ(servo.position_q15, 900 * 32768);
 }
 
 static void a_servo_that_is_off_stays_off_until_started(void)
@@ -463,13 +525,16 @@ int main(void)
     TEST(target_is_clamped_to_min_and_max);
     TEST(position_rounds_to_the_nearest_unit);
     TEST(compliant_motion_passes_bit_unchanged_with_any_ticks);
+    TEST(steps_at_the_very_acceleration_limit_pass);
     TEST(compliant_motion_into_an_end_stop_passes_bit_unchanged);
     TEST(without_limits_every_motion_passes);
     TEST(limits_hold_for_every_sequence_of_targets);
     TEST(constant_target_is_met_exactly_and_never_passed);
+    TEST(the_slowest_servo_arrives_with_the_shortest_tick);
     TEST(uneven_ticks_pass_a_constant_target_by_no_more_than_stated);
     TEST(a_moving_servo_that_can_still_brake_does_not_overshoot);
     TEST(a_target_that_stops_dead_at_an_end_stop_is_braked_for);
+    TEST(a_servo_held_by_an_end_stop_has_no_velocity);
     TEST(first_step_starts_at_the_first_target);
     TEST(start_approaches_at_an_eighth_of_the_velocity_limit);
     TEST(soft_start_ends_when_the_target_crosses_the_servo);

@@ -70,7 +70,7 @@ static int32_t velocity_of(const tick *t, int32_t distance)
 {
     uint32_t d = magnitude(distance), v = VELOCITY_HUGE;
 
-    if (d >> (t->shift - 1) == 0) { /* else v >= 2^(shift - 1) 2^30 / 2^shift = 2^29 */
+    if (d >> t->shift == 0) { /* else v >= 2^shift 2^30 / 2^shift */
         v = (uint32_t)(((uint64_t)(d << (32 - t->shift)) * t->rate) >> 32);
         v = v > VELOCITY_HUGE ? VELOCITY_HUGE : v;
     }

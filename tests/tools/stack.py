@@ -73,7 +73,8 @@ def read_disassembly(cross, image):
         calls[name] = {t for t in targets if t != name and "+0x" not in t}
         if UNKNOWN_TARGET.search(body):
             calls[name].add(INDIRECT)
-    for address, name in re.findall(r"^([0-9a-f]+) [tTwW] (\S+)$", output([cross + "nm", image]), re.M):
+    names = output([cross + "nm", image])
+    for address, name in re.findall(r"^([0-9a-f]+) [tTwW] (\S+)$", names, re.M):
         first = at.get(int(address, 16) & ~1, name)  # one body may have several names
         if first != name:
             frames[name], calls[name] = frames[first], calls[first]
