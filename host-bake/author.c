@@ -66,13 +66,14 @@ static int capture_curve(const scene *s, const scene_curve *c, bake_curve *out, 
     return err;
 }
 
-static int keyed_curve(const scene_curve *c, bake_key *keys, bake_curve *out,
-                       bake_spline_report *report, bake_error *error)
+/* A held curve keeps its last key until the clip ends. */
+static int keyed_curve(const scene_curve *c, bake_key *keys, int i, author_clip *a, bake_error *error)
 {
     int periodic = c->end[0] == BAKE_END_PERIODIC;
+    bake_curve *out = &a->curve[i];
     switch (c->kind) {
     case CURVE_HELD:
-        return bake_curve_held(keys, c->key_count, keys[c->key_count - 1].time, out, error);
+        return bake_curve_held(keys, c->key_count, (double)a->ticks / a->rate, out, error);
     case CURVE_LINEAR:
         return bake_curve_linear(keys, c->key_count, out, error);
     case CURVE_BSPLINE:
@@ -84,15 +85,15 @@ static int keyed_curve(const scene_curve *c, bake_key *keys, bake_curve *out,
         p.alpha = c->regularise[0];
         p.beta = c->regularise[1];
         p.gamma = c->regularise[2];
-        return bake_spline_solve(&p, keys, c->key_count, out, report, error);
+        return bake_spline_solve(&p, keys, c->key_count, out, &a->report[i], error);
     }
     }
 }
 
 /* Key times move to the tick grid before the spline is solved, so that it hits its keys there. */
-static int make_curve(const scene *s, const scene_curve *c, int rate, bake_curve *out,
-                      bake_spline_report *report, bake_error *error)
+static int make_curve(const scene *s, const scene_clip *clip, int i, author_clip *a, bake_error *error)
 {
+    const scene_curve *c = &clip->curves[i];
     if (c->kind == CURVE_CAPTURED) {
         return 0; /* made earlier: the duration depends on it */
     }
@@ -100,14 +101,14 @@ static int make_curve(const scene *s, const scene_curve *c, int rate, bake_curve
     int err = 0;
     for (int k = 0; k < c->key_count && err == 0; k++) {
         keys[k] = c->keys[k];
-        keys[k].time = floor(c->keys[k].time * rate + 0.5) / rate;
+        keys[k].time = floor(c->keys[k].time * a->rate + 0.5) / a->rate;
         if (k > 0 && keys[k].time <= keys[k - 1].time) {
             err = bake_fail(error, "keys %d and %d fall on the same tick of 1/%d s: move one, or set a "
-                            "higher tick_rate", k, k + 1, rate);
+                            "higher tick_rate", k, k + 1, a->rate);
         }
     }
     if (err == 0) {
-        err = keyed_curve(c, keys, out, report, error);
+        err = keyed_curve(c, keys, i, a, error);
     }
     free(keys);
     if (err < 0) {
@@ -157,7 +158,7 @@ int author_clip_make(const scene *s, int index, author_clip *out, bake_error *er
         }
     }
     for (int i = 0; i < clip->curve_count && err == 0; i++) {
-        err = make_curve(s, &clip->curves[i], out->rate, &out->curve[i], &out->report[i], error);
+        err = make_curve(s, clip, i, out, error);
     }
     if (err < 0) {
         author_clip_free(out);

@@ -100,86 +100,93 @@ static int find_keyed(const fit_problem *p, int first, int last, fit_knots *all,
 }
 
 /* The curve holds its end values outside: where it begins or ends the clip, a piece that does so costs
- * less than a run, if the curve comes to rest there. */
+ * less than a run, if the curve has come to rest: a slope m dies over h ticks with a bump of 4/27 m h. */
 static void add_rests(const fit_problem *p, int first, int last, fit_knots *k)
 {
     fit_knots all = {0};
-    int n = k->count;
-    if (first == 0 && k->tick[0] > 0) {
+    int n = k->count, before = k->tick[0], after = p->ticks - k->tick[n - 1];
+    double most = 0.1 * p->tolerance * 27 / 4;
+    if (first == 0 && before > 0 && fabs(k->slope[0]) * before < most) {
         fit_knots_add(&all, 0, k->value[0], 0);
     }
     for (int i = 0; i < n; i++) {
         fit_knots_add(&all, k->tick[i], k->value[i], k->slope[i]);
     }
-    if (last == p->curve->count && k->tick[n - 1] < p->ticks) {
+    if (last == p->curve->count && after > 0 && fabs(k->slope[n - 1]) * after < most) {
         fit_knots_add(&all, p->ticks, k->value[n - 1], 0);
     }
     fit_knots_free(k);
     *k = all;
 }
 
-/* Quantises and appends; 0, or what is wrong with it: the error it would have. */
-static double append_knots(const fit_problem *p, int first, int last, fit_knots *k,
+/* Knots first .. last as one run, or as several where one set of scales cannot carry them within the
+ * tolerance (a steep stretch beside a long flat one). Returns 0, or the error of a piece that fails. */
+static double append_knots(const fit_problem *p, const fit_knots *k, int first, int last,
                            bake_track *track)
 {
+    const fit_knots part = {last - first + 1, k->tick + first, k->value + first, k->slope + first};
     track_run run;
-    double e = HUGE_VAL;
-    for (int rests = 1; rests >= 0 && e > p->tolerance; rests--) {
-        fit_knots copy = {0};
-        for (int i = 0; i < k->count; i++) {
-            fit_knots_add(&copy, k->tick[i], k->value[i], k->slope[i]);
+    double e = fit_knots_run(p, &part, &run);
+    if (e <= p->tolerance) {
+        track_append(track, &run);
+        return 0;
+    }
+    track_run_free(&run);
+    if (last - first < 2) {
+        return e;
+    }
+    int middle = (first + last) / 2;
+    e = append_knots(p, k, first, middle, track);
+    return e > 0 ? e : append_knots(p, k, middle, last, track);
+}
+
+/* The fewest pieces, or nothing. What rounding knots to 16 bits adds is not known before it is done:
+ * the shape gets all of the tolerance, then less. */
+static int append_least(const fit_problem *p, int first, int last, int most, bake_track *track)
+{
+    static const double SHARE[] = {0.995, 0.97, 0.85};
+    for (int i = 0; i < 3; i++) {
+        fit_problem aim = *p;
+        fit_knots k;
+        track_run run;
+        aim.tolerance *= SHARE[i];
+        if (fit_knots_least(&aim, fit_tick(p, first), fit_tick(p, last), most, &k) < 0) {
+            return -1;
         }
-        if (rests) {
-            add_rests(p, first, last, &copy);
-        }
-        e = fit_knots_run(p, &copy, &run);
-        fit_knots_free(&copy);
+        add_rests(p, first, last, &k);
+        double e = fit_knots_run(p, &k, &run);
+        fit_knots_free(&k);
         if (e <= p->tolerance) {
             track_append(track, &run);
             return 0;
         }
         track_run_free(&run);
     }
-    return e;
+    return -1;
 }
 
-/* Cubic runs over curve segments first .. last - 1: the fewest pieces, else pieces between keys. A
- * range that one set of scales cannot carry within the tolerance is halved. */
+/* Cubic runs over curve segments first .. last - 1: the fewest pieces, else pieces between keys. */
 static int append_cubic(const fit_problem *p, int first, int last, bake_track *track,
                         bake_error *error)
 {
-    fit_knots keyed, least;
-    int from = fit_tick(p, first), to = fit_tick(p, last),
-        exact = p->kind == CURVE_CUBIC || p->kind == CURVE_BSPLINE;
-    int err = p->kind == CURVE_CAPTURED ? fit_knots_find(p, from, to, &keyed, error)
-                                        : find_keyed(p, first, last, &keyed, error);
-    if (err < 0) {
+    fit_knots k;
+    int from = fit_tick(p, first), captured = p->kind == CURVE_CAPTURED;
+    if ((captured ? fit_knots_find(p, from, fit_tick(p, last), &k, error)
+                  : find_keyed(p, first, last, &k, error)) < 0) {
         return -1;
     }
-    double e = HUGE_VAL;
-    if (keyed.count > 2 && !(exact && keyed.count == last - first + 1) &&
-        fit_knots_least(p, from, to, keyed.count - 2, &least) == 0) {
-        e = append_knots(p, first, last, &least, track);
-        fit_knots_free(&least);
-    }
-    if (e > p->tolerance) {
-        e = append_knots(p, first, last, &keyed, track);
-    }
-    fit_knots_free(&keyed);
-    if (e <= p->tolerance) {
+    if (k.count > 2 && append_least(p, first, last, k.count - 2, track) == 0) {
+        fit_knots_free(&k);
         return 0;
     }
-    if (last - first < 2) {
-        return bake_fail(
-            error,
-            "16-bit knots reach %.3g near %.3f s but the tolerance is %.3g: raise it, or "
-            "split the channel's range",
-            e, p->curve->segment[first].t0, p->tolerance);
-    }
-    int middle = (first + last) / 2;
-    return append_cubic(p, first, middle, track, error) < 0
-               ? -1
-               : append_cubic(p, middle, last, track, error);
+    add_rests(p, first, last, &k);
+    double e = append_knots(p, &k, 0, k.count - 1, track);
+    fit_knots_free(&k);
+    return e == 0 ? 0
+                  : bake_fail(
+                        error,
+                        "16-bit knots reach %.3g after %.3f s but the tolerance is %.3g: raise it",
+                        e, p->curve->segment[first].t0, p->tolerance);
 }
 
 /* Waves and cubics along `way`. */
@@ -225,13 +232,16 @@ static int append_mixture(const fit_problem *p, const int *pieces, bake_track *t
     fit_wave waves[FIT_WAVES_MAX];
     unsigned *shifts = bake_alloc((size_t)n, sizeof *shifts);
     int *way = bake_alloc((size_t)n, sizeof *way), count = fit_wave_candidates(p, waves), err = -1;
-    for (int i = -1; i < count; i++) { /* -1: no wave at all */
+    for (int i = 0; i <= count; i++) { /* count: no wave at all */
         for (int k = 0; k < n; k++) {
-            shifts[k] = i < 0 ? 0 : fit_wave_shifts(p, &waves[i], k);
+            shifts[k] = i == count ? 0 : fit_wave_shifts(p, &waves[i], k);
         }
+        long cost = fit_path(pieces, shifts, n, i == count ? 0 : fit_wave_head(p, &waves[i]), way);
         bake_track one = {0};
-        if (fit_path(pieces, shifts, n, i < 0 ? 0 : fit_wave_head(p, &waves[i]), way) >= 0 &&
-            append_way(p, &waves[i < 0 ? 0 : i], way, &one, error) == 0 &&
+        if (cost < 0 || (err == 0 && cost > 2 * (long)track_bytes(track))) {
+            continue; /* free knots save less than half */
+        }
+        if (append_way(p, &waves[i == count ? 0 : i], way, &one, error) == 0 &&
             (err < 0 || track_bytes(&one) < track_bytes(track))) {
             bake_track other = *track;
             *track = one;
@@ -317,9 +327,11 @@ double fit_track_error(const fit_problem *p, const bake_track *track)
 int fit_track(const fit_problem *p, bake_track *track, bake_error *error)
 {
     fit_problem aim = *p;
+    bake_error inner = {""}; /* alternatives that fail leave no message */
     double e = 0;
     for (int round = 0; round < ROUNDS; round++) {
-        if (try_track(&aim, track, error) < 0) {
+        if (try_track(&aim, track, &inner) < 0) {
+            *error = inner;
             return -1;
         }
         e = fit_track_error(p, track);

@@ -2,6 +2,7 @@
  * Source: own. Knots are laid so that a free cubic on each piece misses by the same share of the
  * tolerance; all values and slopes follow by least squares, reweighted towards the smallest largest
  * error [Lawson 1961]; the largest share that still ends within the tolerance is found by bisection.
+ * That share is bound by the worst place of the curve: elsewhere single knots are then taken out.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "fit.h"
 
@@ -10,14 +11,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Share of the tolerance for the shape; the rest is for rounding knots to 16 bits. */
-#define SHAPE_SHARE 0.95
 #define PER_TICK    4  /* looks a tick ... */
 #define LOOKS_MOST  64 /* ... but of a long piece this many */
-#define REWEIGHTS   24
+#define REWEIGHTS   60
+#define HOPELESS    2.5 /* times the limit after a few rounds: reweighting gains less than that */
+#define TRIMS       2
 #define PROBES      9 /* of the bisection: the share is known to 1 in 2^9 of log(30) */
 #define LEAST_SHARE 0.06
 #define MOST_SHARE  1.8
+#define TIE         1e8
 #define PIN         1e4 /* weight of the two ends, so that a loop's seam has no step */
 
 /* The curve at every quarter tick of [first, last]. */
@@ -141,11 +143,25 @@ static int look(const fit_knots *k, int j, int n, double f[4])
     return q;
 }
 
-/* Weighted least squares for all values and slopes. */
-static int solve_all(const looks *l, fit_knots *k, const double *weight, double *band, double *x)
+/* Ties both end knots to what they are. */
+static void tie_ends(const fit_knots *k, double *band, double *x)
+{
+    int last = k->count - 1, h = k->tick[last] - k->tick[0];
+    for (int end = 0; end < 2; end++) {
+        int j = end ? last : 0;
+        double v = TIE, m = TIE * h * h;
+        band[4 * (2 * j) + 3] += v;
+        band[4 * (2 * j + 1) + 3] += m;
+        x[2 * j] += v * k->value[j];
+        x[2 * j + 1] += m * k->slope[j];
+    }
+}
+
+/* Weighted least squares for all values and slopes; a window's ends stay (`tied`). */
+static int solve_all(const looks *l, fit_knots *k, int tied, const double *weight, double *work)
 {
     int n = 2 * k->count, i = 0;
-    double f[4];
+    double f[4], *band = work, *x = work + 4 * n;
     memset(band, 0, (size_t)n * 4 * sizeof *band);
     memset(x, 0, (size_t)n * sizeof *x);
     for (int j = 0; j + 1 < k->count; j++) {
@@ -157,13 +173,16 @@ static int solve_all(const looks *l, fit_knots *k, const double *weight, double 
             add_look(band, x, j, f, root * at(l, q));
         }
     }
+    if (tied) {
+        tie_ends(k, band, x);
+    }
     for (int j = 0; j < n; j++) { /* a piece of one tick leaves slopes open */
         band[4 * j + 3] *= 1 + 1e-13;
     }
     if (LAPACKE_dpbsv(LAPACK_COL_MAJOR, 'U', n, 3, 1, band, 4, x, n) != 0) {
         return -1;
     }
-    for (int j = 0; j < k->count; j++) {
+    for (int j = tied; j < k->count - tied; j++) {
         k->value[j] = x[2 * j];
         k->slope[j] = x[2 * j + 1];
     }
@@ -195,30 +214,79 @@ static double reweight(const looks *l, const fit_knots *k, double *weight, doubl
 }
 
 /* Values and slopes for the knots; 0 when the largest error is within the limit. */
-static int settle(const looks *l, fit_knots *k)
+static int settle(const looks *l, fit_knots *k, int tied)
 {
     size_t n = 2 * (size_t)k->count, room = 0;
     for (int j = 0; j + 1 < k->count; j++) {
         room += (size_t)(PER_TICK * (k->tick[j + 1] - k->tick[j])) + 2;
     }
-    double *band = bake_alloc(4 * n, sizeof *band), *x = bake_alloc(n, sizeof *x);
+    double *work = bake_alloc(5 * n, sizeof *work);
     double *weight = bake_alloc(room, sizeof *weight), *miss = bake_alloc(room, sizeof *miss);
     int err = -1;
     for (size_t i = 0; i < room; i++) {
         weight[i] = 1;
     }
     for (int round = 0; round < REWEIGHTS && err < 0; round++) {
-        if (solve_all(l, k, weight, band, x) < 0) {
+        if (solve_all(l, k, tied, weight, work) < 0) {
             break;
         }
         double worst = reweight(l, k, weight, miss);
         err = worst <= l->limit ? 0 : -1;
+        if (round >= 3 && worst > HOPELESS * l->limit) {
+            break;
+        }
     }
-    free(band);
-    free(x);
+    free(work);
     free(weight);
     free(miss);
     return err;
+}
+
+/* The window of knots about j without j: its neighbours move a third of the way into the gap. */
+#define WINDOW 4
+
+static void cut(const fit_knots *k, int j, int a, int b, fit_knots *out)
+{
+    memset(out, 0, sizeof *out);
+    for (int i = a; i <= b; i++) {
+        int move = i == j - 1 && i > a ? 1 : i == j + 1 && i < b ? -1 : 0;
+        int tick = k->tick[i] + (move ? (k->tick[j] - k->tick[i]) / 3 : 0);
+        if (i != j) {
+            fit_knots_add(out, tick, k->value[i], k->slope[i]);
+        }
+    }
+}
+
+/* Takes knot j out if the window about it still holds without. */
+static int drop(const looks *l, fit_knots *k, int j)
+{
+    int a = j > WINDOW ? j - WINDOW : 0, b = j + WINDOW < k->count ? j + WINDOW : k->count - 1;
+    fit_knots part;
+    cut(k, j, a, b, &part);
+    int err = settle(l, &part, 1);
+    if (err == 0) {
+        for (int i = 0; i < part.count; i++) {
+            k->tick[a + i] = part.tick[i];
+            k->value[a + i] = part.value[i];
+            k->slope[a + i] = part.slope[i];
+        }
+        for (int i = b + 1; i < k->count; i++) {
+            k->tick[i - 1] = k->tick[i];
+            k->value[i - 1] = k->value[i];
+            k->slope[i - 1] = k->slope[i];
+        }
+        k->count--;
+    }
+    fit_knots_free(&part);
+    return err;
+}
+
+/* Each success leaves a knot less; a failure moves on. */
+static void trim(const looks *l, fit_knots *k)
+{
+    for (int j = 1; j + 1 < k->count;) {
+        j += drop(l, k, j) < 0;
+    }
 }
 
 static void keep(fit_knots *best, fit_knots *found)
@@ -230,7 +298,7 @@ static void keep(fit_knots *best, fit_knots *found)
 
 int fit_knots_least(const fit_problem *p, int first, int last, int most, fit_knots *k)
 {
-    looks l = {first, last, SHAPE_SHARE * p->tolerance, NULL};
+    looks l = {first, last, p->tolerance, NULL};
     double low = log(LEAST_SHARE), high = log(MOST_SHARE);
     l.truth = bake_alloc((size_t)(PER_TICK * (last - first)) + 1, sizeof *l.truth);
     for (int q = PER_TICK * first; q <= PER_TICK * last; q++) {
@@ -242,7 +310,7 @@ int fit_knots_least(const fit_problem *p, int first, int last, int most, fit_kno
         fit_knots found;
         double share = probe == 0 ? low : (low + high) / 2;
         int laid = lay(&l, exp(share), most, &found);
-        if (laid == 0 && settle(&l, &found) == 0) {
+        if (laid == 0 && settle(&l, &found, 0) == 0) {
             most = found.count - 2;
             keep(k, &found);
             low = share;
@@ -252,6 +320,9 @@ int fit_knots_least(const fit_problem *p, int first, int last, int most, fit_kno
             high = share;
         }
         fit_knots_free(&found);
+    }
+    for (int pass = 0; pass < TRIMS && k->count > 2; pass++) {
+        trim(&l, k);
     }
     free(l.truth);
     return k->count > 0 ? 0 : -1;

@@ -165,12 +165,13 @@ static int choose_scales(const fit_problem *p, const fit_knots *k, track_run *ru
         }
     }
     run->aux = (int)WG_RUN_VELOCITY_SHIFT_MAX;
-    while (fastest * ldexp(1, 2 + run->aux - run->shift) > 32766.0) {
-        if (--run->aux < 0) {
-            return 0;
-        }
+    while (run->aux > 0 && fastest * ldexp(1, 2 + run->aux - run->shift) > 32766.0) {
+        run->aux--;
     }
-    return 1;
+    while (run->shift < (int)WG_RUN_SHIFT_MAX && fastest * ldexp(1, 2 - run->shift) > 32766.0) {
+        run->shift++; /* a steep piece of small range: values are coarser so that velocities fit */
+    }
+    return fastest * ldexp(1, 2 + run->aux - run->shift) <= 32766.0;
 }
 
 double fit_knots_run(const fit_problem *p, const fit_knots *k, track_run *run)

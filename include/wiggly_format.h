@@ -94,7 +94,7 @@
 #define WG_RUN_TIMES    12u
 #define WG_RUN_DATA     16u
 
-#define WG_RUN_SHIFT_MAX          9u
+#define WG_RUN_SHIFT_MAX          7u
 #define WG_RUN_VELOCITY_SHIFT_MAX 24u /* aux of CUBIC */
 #define WG_RUN_SINH_SHIFT_MAX     5u  /* each nibble of aux of the exponential kinds */
 

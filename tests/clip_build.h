@@ -1,5 +1,5 @@
-/* Builds clips for tests, record by record, as SPEC.md lays them down. Header-only: it shares no code
- * with the baker and none with the player. Values are written as given, right or wrong.
+/* Builds clips for tests, record by record, as SPEC.md lays them down. Header-only: it shares no
+ * code with the baker and none with the player. Values are written as given, right or wrong.
  * SPDX-License-Identifier: MIT */
 #ifndef CLIP_BUILD_H
 #define CLIP_BUILD_H
@@ -43,7 +43,7 @@ typedef struct {
     uint16_t velocity, acceleration;
 } build_servo_data;
 
-/* ---- bytes ------------------------------------------------------------------------------------ */
+/* ---- bytes ----------------------------------------------------------------------------------- */
 
 static inline void build_put(uint8_t *at, unsigned bytes, uint32_t value)
 {
@@ -82,7 +82,7 @@ static inline void build_align(build *b, unsigned kind, uint32_t unit)
     }
 }
 
-/* ---- records ---------------------------------------------------------------------------------- */
+/* ---- records --------------------------------------------------------------------------------- */
 
 static inline void build_channel(build *b, int frac, uint8_t unit, int32_t rest)
 {
@@ -113,7 +113,7 @@ static inline void build_clip(build *b, uint16_t tick_rate, uint16_t ticks, uint
 {
     uint8_t shift;
     uint32_t mul = build_mul(tick_rate, &shift);
-    uint64_t us_q16 = (((uint64_t)ticks * 1000000u) << 16) / tick_rate;
+    uint64_t us_q16 = ((((uint64_t)ticks * 1000000u) << 16) + tick_rate / 2u) / tick_rate;
     build_add(b, WG_SECTION_CLIPS, 4, mul);
     build_add(b, WG_SECTION_CLIPS, 1, shift);
     build_add(b, WG_SECTION_CLIPS, 1, end);
@@ -265,7 +265,7 @@ static inline void build_name(build *b, const char *text)
     b->section[WG_SECTION_NAMES].count++;
 }
 
-/* ---- the file --------------------------------------------------------------------------------- */
+/* ---- the file -------------------------------------------------------------------------------- */
 
 /* CRC-32 (ISO-HDLC) of bytes 8 .. length-1, from the definition in SPEC 3.1. */
 static inline void build_seal(uint8_t *file, uint32_t length)

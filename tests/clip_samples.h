@@ -5,7 +5,7 @@
 
 #include "clip_build.h"
 
-/* A clip of one LINEAR segment on channel 0 of every track: the value grows by `per_tick` a tick. */
+/* A track of one LINEAR segment from 0 to `last`. */
 static inline void sample_ramp(build *b, uint16_t channel, uint16_t ticks, int16_t last)
 {
     uint16_t ends[1];

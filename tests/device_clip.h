@@ -12,8 +12,7 @@
 #define VECTORS        "tests/vectors/servo_frames.csv"
 #define NO_SUCH_VECTOR (-1000)
 
-/* ---- a clip with servos at fixed positions
- * ------------------------------------------------------- */
+/* ---- a clip with servos at fixed positions --------------------------------------------------- */
 
 #define SERVOS 64
 static uint32_t records[SERVOS * WG_SERVO_BYTES / 4];

@@ -62,8 +62,7 @@ static void dynamixel2_packets_match_every_published_one(void)
     CHECK_EQ(each_vector("dxl2_", check_dynamixel), 20);
 }
 
-/* ---- status packets
- * ---------------------------------------------------------------------------------- */
+/* ---- status packets -------------------------------------------------------------------------- */
 
 static wg_dynamixel2_reader reader;
 static wg_dynamixel2_status status;
@@ -198,8 +197,7 @@ static void dynamixel2_refuses_ids_253_and_255(void)
     CHECK_EQ(wg_dynamixel2_packet(&request, out, sizeof out), 10);
 }
 
-/* ---- whole frames
- * --------------------------------------------------------------------------------------- */
+/* ---- whole frames ---------------------------------------------------------------------------- */
 
 static void dynamixel2_frame_leaves_out_servos_that_are_off(void)
 {

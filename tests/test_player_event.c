@@ -343,7 +343,7 @@ static void events_beyond_the_last_position_come_once(void)
     }
 }
 
-/* ---- triggers --------------------------------------------------------------------------------- */
+/* ---- triggers -------------------------------------------------------------------------------- */
 
 static void triggers_start_a_layer_when_their_event_is_taken(void)
 {

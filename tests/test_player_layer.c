@@ -73,7 +73,7 @@ static int32_t weighed(int64_t a, int64_t w)
     return (int32_t)(p / 32768 - (p % 32768 < 0));
 }
 
-/* ---- modes and masks -------------------------------------------------------------------------- */
+/* ---- modes and masks ------------------------------------------------------------------------- */
 
 static void layers_start_as_the_clip_says(void)
 {
@@ -184,7 +184,7 @@ static void values_saturate(void)
     }
 }
 
-/* ---- weight ramps ----------------------------------------------------------------------------- */
+/* ---- weight ramps ---------------------------------------------------------------------------- */
 
 /* A layer of weight 32768 shows 10000 over a rest of 100; the weight itself is read from a clip of
  * one channel that holds 2^20 over a rest of 0: value = weight 32. */
@@ -337,7 +337,7 @@ static void crossfade_from_silence_fades_from_rest(void)
     free(s.clip);
 }
 
-/* ---- filters ---------------------------------------------------------------------------------- */
+/* ---- filters --------------------------------------------------------------------------------- */
 
 /* One filter over channel 0 at `value`. */
 static int32_t filtered(int32_t value, uint8_t op, int32_t p, int32_t q)

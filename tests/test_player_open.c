@@ -132,7 +132,7 @@ static void accepts_newer_minor_and_unknown_sections(void)
     }
 }
 
-/* ---- one field wrong at a time ---------------------------------------------------------------- */
+/* ---- one field wrong at a time --------------------------------------------------------------- */
 
 /* Field of record `index` of section `kind` set to `value`, CRC made right. Kind 0 is the header;
  * 100 + k is entry k - 1 of the directory, whose sections are 1, 2, ... 12, 200. */
@@ -271,8 +271,8 @@ static void rejects_bad_runs_and_times(void)
         {4, 0, 2, 2, 0xffff, WG_ERR_RUN},
         {4, 0, 4, 1, 8, WG_ERR_RUN},
         {4, 0, 4, 1, 255, WG_ERR_RUN},
-        {4, 0, 5, 1, 9, 0},
-        {4, 0, 5, 1, 10, WG_ERR_RUN},
+        {4, 0, 5, 1, 7, 0},
+        {4, 0, 5, 1, 8, WG_ERR_RUN},
         {4, 0, 6, 1, 1, WG_ERR_RUN}, /* HELD has no aux */
         {4, 1, 6, 1, 1, WG_ERR_RUN},
         {4, 2, 6, 1, 24, 0},
@@ -372,7 +372,7 @@ static void rejects_a_bad_track_of_no_clip(void)
     free(clip);
 }
 
-/* ---- counts ----------------------------------------------------------------------------------- */
+/* ---- counts ---------------------------------------------------------------------------------- */
 
 /* One channel and one clip without tracks, and `count` more records in section `kind`. */
 static int open_with(unsigned kind, unsigned count)

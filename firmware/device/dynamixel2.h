@@ -51,8 +51,7 @@ int wg_dynamixel2_packet(const wg_dynamixel2 *packet, uint8_t *out, uint16_t siz
  * Write. returns  bytes written (0: no such servo is on), or WG_ERR_SPACE */
 int wg_dynamixel2_frame(const wg_file *file, const wg_servo *state, uint8_t *out, uint16_t size);
 
-/* ---- status packets ----------------------------------------------------------------------------
- */
+/* ---- status packets -------------------------------------------------------------------------- */
 
 #define WG_DYNAMIXEL2_PARAMS_MAX   12u
 /* Header, length, status and error bytes, CRC, and stuffing for every third byte. */

@@ -50,7 +50,7 @@ int32_t wg_servo_target(const wg_file *file, uint8_t index, const int32_t *value
  *
  *   values   one a channel, as wg_player_sample writes them
  *   dt_us    since the last step: 0 moves nothing, more than WG_SERVO_TICK_MAX_US counts as that;
- *            128 us or more, else the slowest servos (V = 1, A = 16) round to a standstill
+ *            250 us or more, else the slowest servos (V = 1, A = 16) round to a standstill
  *   limits   V = velocity, A = acceleration, 0 = unlimited. Always, for any sequence of targets:
  *            position in [min, max] (hard, wins over the others), |velocity| <= V + 2^-11 units/s,
  *            |change of velocity| <= A dt + 2^-10 units/s, for ticks of equal length

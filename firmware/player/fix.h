@@ -8,6 +8,8 @@
 
 #include <stdint.h>
 
+#include "wg_mem.h"
+
 #define WG_STATIC_ASSERT_2(cond, line) typedef char wg_assert_##line[(cond) ? 1 : -1]
 #define WG_STATIC_ASSERT_1(cond, line) WG_STATIC_ASSERT_2(cond, line)
 #define WG_STATIC_ASSERT(cond)         WG_STATIC_ASSERT_1(cond, __LINE__)
@@ -77,7 +79,43 @@ static inline int32_t fix_value(int64_t a)
     return a < -FIX_VALUE_MAX ? -FIX_VALUE_MAX : a > FIX_VALUE_MAX ? FIX_VALUE_MAX : (int32_t)a;
 }
 
-int32_t fix_exp2n(uint32_t p_q24);
-void fix_sincos(uint32_t phase, int32_t *sine, int32_t *cosine);
+/* round(2^(30 - i/32)), i = 0..31, but 2^30 - 1 for i = 0, so that the sum of two exponentials is an
+ * int32; read through wg_rd32. */
+extern const int32_t fix_exp2_table[32];
+
+/* 2^-p, p in UQ8.24 below 32, as Q30; 0 from p = 31 on. Error <= 2^-23.4 of 1 (the fit has 2^-23.9).
+ * With z = 32 frac: 1 - 2^(-z/32) = z (a1 - a2 z); the constants are a1 2^33 and a2 2^34. */
+static inline int32_t fix_exp2n(uint32_t p_q24)
+{
+    int32_t step = (int32_t)wg_rd32(&fix_exp2_table[(p_q24 >> 19) & 31u]);
+    int32_t z_q31 = (int32_t)((p_q24 & UINT32_C(0x7ffff)) << 12);
+    int32_t drop_q32 = fix_mulh(z_q31, INT32_C(0x0b170939) - fix_mulh(z_q31, INT32_C(0x003ce234)));
+    return (step - fix_mulh(step, drop_q32)) >> (p_q24 >> 24);
+}
+
+/* Cosine and sine in Q30. */
+typedef struct {
+    int32_t cosine, sine;
+} fix_turn;
+
+/* Of a phase in turns / 2^32. Error <= 2^-20.7 (sine) and 2^-24 (cosine) before the quadrant swaps
+ * them. z in [-1, 1) is the phase from the nearest quarter turn in eighths:
+ * sin = z (s0 - y (s1 - y s2)), cos = 1 - y (c1 - y (c2 - y c3)) with y = z^2 in Q30. */
+static inline fix_turn fix_sincos(uint32_t phase)
+{
+    uint32_t quarter = phase + UINT32_C(0x20000000); /* the quadrant in its two upper bits */
+    int32_t z = (int32_t)(phase << 2); /* the quadrant's bits fall off */
+    int32_t y = fix_mulh(z, z);
+    int32_t odd = INT32_C(1686621276) -
+                  fix_mulh(y, INT32_C(693327967) - fix_mulh(y, INT32_C(83394718)));
+    int32_t even = INT32_C(1324673091) -
+                   fix_mulh(y, INT32_C(272307757) - fix_mulh(y, INT32_C(21932517)));
+    int32_t c = INT32_C(0x40000000) - fix_mulh(y, even), s = fix_mulh(z, odd);
+    /* Odd quarters: (c, s) becomes (-s, c); the upper ones change both signs. Without a branch. */
+    int32_t odd_quarter = (int32_t)(quarter << 1) >> 31, upper = (int32_t)quarter >> 31;
+    int32_t swap = (c ^ s) & odd_quarter, minus = odd_quarter ^ upper;
+    fix_turn t = {((c ^ swap) ^ minus) - minus, ((s ^ swap) ^ upper) - upper};
+    return t;
+}
 
 #endif

@@ -85,9 +85,9 @@ bool wg_player_ended(const wg_player *p, uint8_t layer)
 static uint32_t quintic_q15(uint32_t u)
 {
     uint32_t cube = ((u * u >> 15) * u) >> 15;
-    int32_t inner = (int32_t)(6u * u) - 15 * 32768;        /* <= 2^19 in size */
-    inner = 10 * 4096 + ((inner >> 3) * (int32_t)u >> 15); /* Q12, 1..10 */
-    return cube * (uint32_t)inner >> 12;                   /* <= 2^15 10 2^12 < 2^31 */
+    int32_t inner = (int32_t)(6u * u) - INT32_C(15) * 32768;         /* <= 2^19 in size */
+    inner = INT32_C(10) * 4096 + ((inner >> 3) * (int32_t)u >> 15); /* Q12, 1..10 */
+    return cube * (uint32_t)inner >> 12;                             /* <= 2^15 10 2^12 < 2^31 */
 }
 
 static uint16_t weight(const wg_layer *l)

@@ -1,6 +1,6 @@
 /* What any bytes must survive: they are made into a clip that gets past the header, opened, and if
- * that succeeds everything a player and the device code can do with it is done. Sanitizers watch the
- * memory, `must` the promises of wiggly.h and servo.h. Deterministic: the same bytes, the same run.
+ * that succeeds everything a player and the device code can do with it is done. Sanitizers watch
+ * the memory, `must` the promises of wiggly.h and servo.h. The same bytes give the same run.
  * SPDX-License-Identifier: MIT */
 #ifndef EXERCISE_H
 #define EXERCISE_H
@@ -41,16 +41,30 @@ static int in_range(int32_t value)
     return value >= -(1 << 29) && value <= 1 << 29;
 }
 
-/* ---- tracks ----------------------------------------------------------------------------------- */
+/* ---- tracks ---------------------------------------------------------------------------------- */
+
+/* Where a track ends, from its last run: positions lie in 0 .. this << 16. */
+static uint32_t track_end(const wg_file *file, uint32_t track)
+{
+    const uint8_t *t = file->section[WG_SECTION_TRACKS].at + track * WG_TRACK_BYTES;
+    uint32_t last =
+        build_get(t + WG_TRACK_RUN_FIRST, 2) + build_get(t + WG_TRACK_RUN_COUNT, 2) - 1u;
+    must(last < file->section[WG_SECTION_RUNS].count);
+    const uint8_t *run = file->section[WG_SECTION_RUNS].at + last * WG_RUN_BYTES;
+    uint32_t ends = build_get(run + WG_RUN_TIMES, 4) + 2u * build_get(run + WG_RUN_SEGMENTS, 2);
+    must(ends <= file->section[WG_SECTION_DATA].bytes);
+    return build_get(file->section[WG_SECTION_DATA].at + ends - 2u, 2);
+}
 
 static void exercise_tracks(const wg_file *file, uint32_t *state)
 {
     static const uint16_t RATES[] = {1, 1000, 65535};
     uint32_t count = file->section[WG_SECTION_TRACKS].count;
     for (uint32_t i = 0; i < count; i += 1u + count / 64u) {
+        uint32_t end = track_end(file, i) << 16;
         for (unsigned n = 0; n < 16; n++) {
-            uint32_t tick = exercise_number(state) & 0xffffu;
-            uint32_t position = tick << 16 | (n % 3u ? exercise_next(state) & 0xffffu : 0);
+            uint32_t tick = exercise_number(state) << 16;
+            uint32_t position = n == 0 ? end : (tick | exercise_next(state) % 0xffffu) % (end + 1u);
             int32_t value = wg_track_value(file, (uint16_t)i, position);
             must(in_range(value));
             must(value == wg_track_value(file, (uint16_t)i, position));
@@ -74,7 +88,7 @@ static void exercise_clips(const wg_file *file, uint32_t *state)
     }
 }
 
-/* ---- device ----------------------------------------------------------------------------------- */
+/* ---- device ---------------------------------------------------------------------------------- */
 
 static void exercise_frames(const wg_file *file, const wg_servo *servos, uint32_t *state)
 {
@@ -122,7 +136,7 @@ static void exercise_servos(const wg_file *file, const int32_t *values, wg_servo
     exercise_frames(file, servos, state);
 }
 
-/* ---- player ----------------------------------------------------------------------------------- */
+/* ---- player ---------------------------------------------------------------------------------- */
 
 static uint8_t some_clip(const wg_file *file, uint32_t *state)
 {
@@ -203,7 +217,20 @@ static void exercise_player(const wg_file *file, uint32_t *state)
     }
 }
 
-/* ---- all of it -------------------------------------------------------------------------------- */
+/* The bytes as they might come down a noisy bus. */
+static void exercise_bus(const uint8_t *data, size_t size)
+{
+    wg_dynamixel2_reader reader = {{0}, 0, 0};
+    wg_dynamixel2_status status;
+    for (size_t i = 0; i < size && i < 2000; i++) {
+        if (wg_dynamixel2_feed(&reader, data[i], &status)) {
+            must(status.param_count <= WG_DYNAMIXEL2_PARAMS_MAX);
+        }
+        must(reader.count <= WG_DYNAMIXEL2_READER_BYTES);
+    }
+}
+
+/* ---- all of it ------------------------------------------------------------------------------- */
 
 /* Returns what wg_open said about the repaired bytes. */
 static int exercise(const uint8_t *data, size_t size)
@@ -212,6 +239,7 @@ static int exercise(const uint8_t *data, size_t size)
         return WG_ERR_SHORT;
     }
     wg_file file;
+    exercise_bus(data, size);
     uint8_t *clip = build_copy(data, (uint32_t)size);
     build_put(clip, 4, WG_FORMAT_MAGIC);
     clip[WG_HEADER_MAJOR] = WG_FORMAT_MAJOR;

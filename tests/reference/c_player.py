@@ -42,11 +42,9 @@ def build_library():
     subprocess.run(["gcc", "-std=c99", "-O1", "-shared", "-fPIC", "-fsanitize=undefined",
                     "-fsanitize-undefined-trap-on-error", "-Iinclude",
                     "-Ifirmware/player/mem/near", "-Ifirmware/player", "-o", path,
-                    "firmware/device/servo.c"]
+                    "firmware/device/servo.c", "tests/reference/fix_export.c"]
                    + sorted(glob.glob("firmware/player/*.c", root_dir=ROOT)), cwd=ROOT, check=True)
     lib = ctypes.CDLL(path)
-    lib.fix_exp2n.restype = I32
-    lib.fix_exp2n.argtypes = [U32]
     lib.wg_open.argtypes = [ctypes.POINTER(File), ctypes.c_void_p, U32]
     for name, *types in (("wg_clip_position", U8, U32), ("wg_track_value", U16, U32),
                          ("wg_track_velocity", U16, U32, U16),

@@ -93,7 +93,7 @@ def nearest_exp2(i):
     return y
 
 
-EXP_TABLE = [nearest_exp2(i) for i in range(32)]
+EXP_TABLE = [(1 << 30) - 1] + [nearest_exp2(i) for i in range(1, 32)]
 
 
 def exp2n(p):
@@ -221,7 +221,7 @@ class Clip:
 
     def check_run(self, run, here):
         need(run.segments >= 1, BadRun, here + " is empty")
-        need(run.kind <= EXP0 and run.shift <= 9, BadRun, here + ": kind or shift")
+        need(run.kind <= EXP0 and run.shift <= 7, BadRun, here + ": kind or shift")
         need(self.check_aux(run), BadRun, here + ": aux %d" % run.aux)
         need(abs(run.base) <= LIMIT, BadRun, here + ": base %d" % run.base)
         need(run.times % 2 == 0 and run.times + 2 * run.segments <= len(self.data), BadRun,
@@ -398,10 +398,10 @@ class Clip:
             def t(x):
                 return s32(2 * mulh(u >> 1, s32(x)))
             y = s32(v0 + t(m0 + t(s32(rise - m0 - e) + t(e))))
-            return sat(run.base + round_shift(y, 10 - run.shift))
+            return run.base + round_shift(y, 10 - run.shift)
         (a, _, _), (b, _, _) = self.pairs(run, h, dt, u)
         y = self.combine(run.kind, a, b, self.i16(run.coefficients + 8 * i, 4))
-        return sat(run.base + round_shift(y, 12 - run.shift))
+        return run.base + round_shift(y, 12 - run.shift)
 
     def track_velocity(self, track, position, tick_rate):
         run, i, h, dt, u = self.segment(track, position)

@@ -148,7 +148,7 @@ def any_ends(rng, start, stop, most):
 def any_run(rng, start, stop):
     kind, wild = rng.randrange(8), rng.choice((0, 0.3, 1))
     most = rng.choice((1, 4, 8, 8, 200))
-    run = {"kind": kind, "ends": any_ends(rng, start, stop, most), "shift": rng.randint(0, 9),
+    run = {"kind": kind, "ends": any_ends(rng, start, stop, most), "shift": rng.randint(0, 7),
            "base": any_limit(rng), "params": []}
     segments = len(run["ends"])
     count = 4 * segments if kind > wgl.CUBIC else (segments + 1) * (1 + (kind == wgl.CUBIC))
@@ -250,7 +250,7 @@ def everything():
     """One file with every kind of run and every section, one of them unknown."""
     runs = every_kind()
     ramp = {"kind": wgl.LINEAR, "ends": [160], "c": [-5000, 5000]}
-    steps = {"kind": wgl.HELD, "ends": [1, 2, 30, 50], "c": [5, -5, 30000, -30000, 0], "shift": 9}
+    steps = {"kind": wgl.HELD, "ends": [1, 2, 30, 50], "c": [5, -5, 30000, -30000, 0], "shift": 7}
     swing = {"kind": wgl.OSC0, "ends": [50], "c": [4000, 0, 0, -4000],
              "params": [(1 << 27, 1 << 16)]}
     clips = [{"rate": 100, "ticks": 160, "tracks": [(0, runs), (1, [ramp])],
