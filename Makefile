@@ -14,7 +14,7 @@ AR     := $(CROSS)ar
 CFLAGS += $(STD) $(WARN) $(OPT) $(CPU) -g -MMD -MP -ffunction-sections -fdata-sections
 PURE_I := -Iinclude -Ifirmware/player/mem/$(MEM)
 
-PLAYER := $(patsubst %.c,$B/%.o,$(wildcard firmware/player/*.c))
+PLAYER := $(patsubst %.c,$B/%.o,$(wildcard firmware/player/*.c firmware/player/mem/$(MEM)/*.c))
 DEVICE := $(patsubst %.c,$B/%.o,$(wildcard firmware/device/*.c))
 
 .PHONY: all player bake test check demo run clean help setup sizes pure format

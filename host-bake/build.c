@@ -14,7 +14,7 @@
  * coefficients of several times the range still fit (DESIGN 6). */
 #define RANGE_BITS 20
 
-/* Default tolerance: half a step of a 12-bit servo. */
+/* Default tolerance: half a step of a 12-bit servo, or two raw units of values far from 0. */
 #define DEFAULT_SHARE (1.0 / 8192)
 
 static void widen(const bake_curve *curve, double *lo, double *hi)
@@ -58,8 +58,9 @@ static int scale_channels(build *b, bake_error *error)
             return bake_fail(error, "%s: channel %s reaches %g: values must stay below 1e17", s->path,
                              s->channels[c].name, largest);
         }
-        b->tolerance[c] =
-            s->channels[c].tolerance > 0 ? s->channels[c].tolerance : b->range[c] * DEFAULT_SHARE;
+        b->tolerance[c] = s->channels[c].tolerance > 0
+                              ? s->channels[c].tolerance
+                              : fmax(b->range[c] * DEFAULT_SHARE, ldexp(2, -b->frac[c]));
     }
     return 0;
 }

@@ -145,6 +145,24 @@ double fit_run_error(const fit_problem *p, const track_run *run)
     return worst;
 }
 
+/* Smallest shift for values within `reach` of the base; slopes over a whole piece stay below 2^19 units, so
+ * that the player's sums of them stay below 2^31 (SPEC 6.3: Q10). */
+static int value_shift(const fit_problem *p, const fit_knots *k, double reach)
+{
+    double swing = 0;
+    int shift = 0;
+    for (int i = 0; i + 1 < k->count; i++) {
+        double h = k->tick[i + 1] - k->tick[i];
+        swing = fmax(swing, h * fmax(fabs(k->slope[i]), fabs(k->slope[i + 1])));
+    }
+    swing = ldexp(swing, p->frac);
+    while (shift <= (int)WG_RUN_SHIFT_MAX &&
+           (ldexp(32766.0, shift) < reach || ldexp(524288.0, shift) < swing)) {
+        shift++;
+    }
+    return shift;
+}
+
 /* Base, shift and velocity shift that use the 16 bits of knots fully. */
 static int choose_scales(const fit_problem *p, const fit_knots *k, track_run *run)
 {
@@ -159,19 +177,15 @@ static int choose_scales(const fit_problem *p, const fit_knots *k, track_run *ru
         return 0;
     }
     run->base = (int32_t)base;
-    while (ldexp(32766.0, run->shift) < fmax(hi - base, base - lo)) {
-        if (++run->shift > (int)WG_RUN_SHIFT_MAX) {
-            return 0;
-        }
-    }
+    run->shift = value_shift(p, k, fmax(hi - base, base - lo));
     run->aux = (int)WG_RUN_VELOCITY_SHIFT_MAX;
     while (run->aux > 0 && fastest * ldexp(1, 2 + run->aux - run->shift) > 32766.0) {
         run->aux--;
     }
-    while (run->shift < (int)WG_RUN_SHIFT_MAX && fastest * ldexp(1, 2 - run->shift) > 32766.0) {
+    while (fastest * ldexp(1, 2 - run->shift) > 32766.0 && run->shift <= (int)WG_RUN_SHIFT_MAX) {
         run->shift++; /* a steep piece of small range: values are coarser so that velocities fit */
     }
-    return fastest * ldexp(1, 2 + run->aux - run->shift) <= 32766.0;
+    return run->shift <= (int)WG_RUN_SHIFT_MAX;
 }
 
 double fit_knots_run(const fit_problem *p, const fit_knots *k, track_run *run)

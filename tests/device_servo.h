@@ -1,4 +1,4 @@
-/* What the tests of the servo limiter share: a clip with one servo, and random numbers from a fixed seed.
+/* What the tests of the servo limiter share: a clip of one servo, random numbers from a fixed seed.
  * SPDX-License-Identifier: MIT */
 #ifndef DEVICE_SERVO_H
 #define DEVICE_SERVO_H
@@ -98,7 +98,7 @@ static inline double random_scale(double low, double high)
 {
     return low * pow(high / low, between(0, 1000) / 1000.0);
 }
-/* Arguments are evaluated in any order; these draws are in one, so that every compiler tests the same. */
+/* Arguments are evaluated in any order; these draws in one, so every compiler tests the same. */
 static inline setting random_limits(int32_t end, double slowest, double weakest)
 {
     double fast = floor(random_scale(slowest, 65535));

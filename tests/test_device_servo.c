@@ -1,5 +1,5 @@
-/* The servo limiter: motions that comply pass unchanged, the limits hold for every other, targets are met
- * without overshoot. Random motions from a fixed seed.
+/* The servo limiter: motions that comply pass unchanged, the limits hold for all others, targets are
+ * met without overshoot. Random motions from a fixed seed.
  * Tolerances are those stated in servo.h and derived in servo.c.
  * SPDX-License-Identifier: MIT */
 #include "device_servo.h"
@@ -47,8 +47,8 @@ static void compliant_motion_passes_bit_unchanged_with_any_ticks(void)
     CHECK(moved > 10000); /* the generator does not give up at once */
 }
 
-/* Two steps that each use the whole limit, to the last 1/256 unit: the rounding of velocities must not
- * refuse any. Ticks of 1/8 s, where 1/256 unit is only 128 bits of a velocity. */
+/* Two steps that each use the whole limit, to the last 1/256 unit: the rounding of velocities must
+ * not refuse any. Ticks of 1/8 s, where 1/256 unit is only 128 bits of a velocity. */
 static void steps_at_the_very_acceleration_limit_pass(void)
 {
     for (int run = 0; run < 100000; run++) {
@@ -110,7 +110,7 @@ static int32_t wild(int32_t last, int i)
     }
 }
 
-/* Two velocities taken from positions: towards 0 and 21 ppm low when chasing, 9/8 ULP when exact,
+/* Two velocities taken from positions: towards 0 and 21 ppm low when chasing, 5/4 ULP when exact,
  * and the last 1/256 unit at once. */
 static void check_step_limits(const setting *s, double before, double speed, double moved,
                               double dt)

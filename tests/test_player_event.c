@@ -306,6 +306,9 @@ static void unread_events_are_lost_with_the_next_update(void)
     stage_open(&s, WG_END_LOOP);
     wg_player_update(&s.player, 5000);
     check_list(&s, 11000, "34");
+    wg_player_update(&s.player, 50000); /* three loops later, 7142.9 us into the clip */
+    check_list(&s, 51000, "");
+    check_list(&s, 54000, "34");
     free(s.clip);
 }
 

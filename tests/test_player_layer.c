@@ -206,11 +206,10 @@ static double quintic(double u)
     return u * u * u * (10 + u * (6 * u - 15));
 }
 
-/* Bound in units of 2^-15, from the operations of SPEC 6.6 with u <= 1: u is short by < 3 units (a
- * floor each for the fraction, the quotient and what scales them), the slope of the quintic is
- * <= 15/8: < 5.7. c floors twice, so it is short by < 2, times q <= 10: < 20. q is short by < 2 of
- * 2^-12, times c <= 2^15: < 16. The last floor: 1. In sum < 42.7, 0.13 %. */
-#define FADE_BOUND 42.7
+/* Bound in units of 2^-15: u is short by < 3 (a floor each for the fraction, the quotient and what
+ * scales them) where the quintic's slope is <= 15/8: < 5.7; the quintic itself by < 1.01, the last
+ * floor 1. */
+#define FADE_BOUND 7.8
 
 static void check_fade(int32_t from, int32_t to, uint32_t fade_us, uint32_t step)
 {
@@ -243,6 +242,7 @@ static void fades_are_monotone_and_exact_at_the_ends(void)
     check_fade(0, 32768, 1, 1);
     check_fade(0, 32768, 3, 1);
     check_fade(0, 32768, 131071, 13);
+    check_fade(0, 32768, 1048320, 997); /* (2^32 - 1) / 1048320 is just below a whole number */
     check_fade(0, 32768, 10000000, 1001);
 }
 

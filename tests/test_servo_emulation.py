@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""The device code against emulated servos: builds firmware/device as a shared library, lets it make the
-frames of a moving clip, and checks where each emulated servo ends up. Also the decoder itself: every
-published packet, resynchronisation after damage, and the traps the emulators stand for.
+"""The device code against emulated servos: builds firmware/device as a shared library, lets it make
+the frames of a moving clip, and checks where each emulated servo ends up. Also the decoder itself:
+every published packet, resynchronisation after damage, and the traps the emulators stand for.
 SPDX-License-Identifier: MIT
 """
 import ctypes
@@ -50,30 +50,32 @@ class Pwm(ctypes.Structure):
 
 
 class Request(ctypes.Structure):
-    _fields_ = [("id", ctypes.c_uint8), ("instruction", ctypes.c_uint8), ("params", ctypes.c_char_p),
-                ("param_count", ctypes.c_uint16)]
+    _fields_ = [("id", ctypes.c_uint8), ("instruction", ctypes.c_uint8),
+                ("params", ctypes.c_char_p), ("param_count", ctypes.c_uint16)]
 
 
 def build():
     """The device code as a library of its own; nothing of the player is needed."""
     with tempfile.TemporaryDirectory() as d:
         name = os.path.join(d, "device.so")
-        subprocess.run([os.environ.get("CC", "gcc"), "-std=c99", "-O1", "-shared", "-fPIC", "-Iinclude",
-                        "-Ifirmware/player", "-Ifirmware/player/mem/near", "-o", name]
-                       + sorted(glob.glob(os.path.join(ROOT, "firmware/device/*.c"))), cwd=ROOT, check=True)
+        flags = ["-std=c99", "-O1", "-shared", "-fPIC", "-Iinclude", "-Ifirmware/player",
+                 "-Ifirmware/player/mem/near", "-o", name]
+        sources = sorted(glob.glob(os.path.join(ROOT, "firmware/device/*.c")))
+        subprocess.run([os.environ.get("CC", "gcc")] + flags + sources, cwd=ROOT, check=True)
         return ctypes.CDLL(name)
 
 
 class Clip:
-    """Servos [(protocol, id, low, high, velocity, acceleration / 16)]; values are targets in 1/256 unit."""
+    """Servos [(protocol, id, low, high, velocity, acceleration / 16)]; a value is a target in 1/256
+    unit."""
 
     def __init__(self, library, servos):
         self.library, self.servos = library, servos
         records = b"".join(
             bytes([protocol, servo]) + index.to_bytes(2, "little") + bytes(4)
             + (1).to_bytes(2, "little") + bytes(2)
-            + b"".join(v.to_bytes(2, "little", signed=v < 0) for v in (low, high, velocity, acceleration))
-            for index, (protocol, servo, low, high, velocity, acceleration) in enumerate(servos))
+            + b"".join(v.to_bytes(2, "little", signed=v < 0) for v in limits)
+            for index, (protocol, servo, *limits) in enumerate(servos))
         self._records = ctypes.create_string_buffer(records, len(records))
         self.file = File()
         self.file.section[SERVOS].at = ctypes.addressof(self._records)
@@ -116,7 +118,7 @@ def play(clip, tick):
     return clip.positions()
 
 
-# ---- each protocol, from our bytes to the servo -----------------------------------------------------------
+# ---- each protocol, from our bytes to the servo ------------------------------------------------
 
 def test_maestro(library):
     ids = [0, 1, 2, 5, 9, 10, 23]
@@ -187,11 +189,13 @@ def test_dynamixel2(library):
         for device in devices:
             check("dynamixel sync write is silent and good", device.write(frame) == (b"", 0))
             device.tick()
-        check("dynamixel servos stand where the clip is", [d.get(d.PRESENT) for d in devices] == positions)
+        check("dynamixel servos stand where the clip is",
+              [d.get(d.PRESENT) for d in devices] == positions)
         capture += frame
         wanted.append(dict(zip(ids, positions)))
     line = sd.Dynamixel2(capture)
-    check("dynamixel capture decodes to the same frames", line.frames() == wanted and line.errors == 0)
+    check("dynamixel capture decodes to the same frames",
+          line.frames() == wanted and line.errors == 0)
 
 
 def test_dynamixel2_replies(library):
@@ -203,15 +207,19 @@ def test_dynamixel2_replies(library):
         answer, _ = device.write(packet(library, 9, sd.READ, bytes([132, 0, 4, 0])))
         reader, status = (ctypes.c_uint8 * 29)(), (ctypes.c_uint8 * 15)()
         results = [library.wg_dynamixel2_feed(reader, ctypes.c_uint8(b), status) for b in answer]
-        check("our reader takes the emulated servo's status", results == [0] * (len(answer) - 1) + [1])
-        check("our reader gives the register", bytes(status[:7]) == bytes([9, 0, 4]) + device.table[132:136])
+        check("our reader takes the emulated servo's status",
+              results == [0] * (len(answer) - 1) + [1])
+        check("our reader gives the register",
+              bytes(status[:7]) == bytes([9, 0, 4]) + device.table[132:136])
     goal = bytes([116, 0]) + (5000).to_bytes(4, "little")
     answer, _ = device.write(packet(library, 9, sd.WRITE, goal))
-    check("dynamixel refuses a goal outside its limits", sd.Dynamixel2(answer).packets[0][2] == bytes([6]))
+    check("dynamixel refuses a goal outside its limits",
+          sd.Dynamixel2(answer).packets[0][2] == bytes([6]))
     device.trip_watchdog()
     goal = bytes([116, 0]) + (100).to_bytes(4, "little")
     answer, _ = device.write(packet(library, 9, sd.WRITE, goal))
-    check("a tripped bus watchdog refuses goals", sd.Dynamixel2(answer).packets[0][2] == bytes([7]))
+    check("a tripped bus watchdog refuses goals",
+          sd.Dynamixel2(answer).packets[0][2] == bytes([7]))
     device.write(packet(library, 9, sd.WRITE, bytes([98, 0, 0])))
     device.write(packet(library, 9, sd.WRITE, goal))
     check("clearing the bus watchdog accepts them again", device.get(sd.GOAL) == 100)
@@ -239,7 +247,8 @@ def test_pca9685(library):
         for chip in chips:
             for data in setup_writes(library, pwm):
                 chip.write(data)
-            check("pca9685 prescale is taken", chip.registers[0xFE] == prescale and chip.ignored == 0)
+            check("pca9685 prescale is taken",
+                  chip.registers[0xFE] == prescale and chip.ignored == 0)
             check("pca9685 is awake and silent", chip.outputs == [0.0] * 16)
             check("pca9685 rate", abs(chip.frequency_hz() / hertz - 1) < 0.02)
         writes, wanted = [], []
@@ -259,21 +268,23 @@ def test_pca9685(library):
         got = [{i: frame[i] for i in ids} for frame in line.frames()]
         check("pca9685 writes decode to the same frames", got == wanted and line.errors == 0)
         idle = [i for i in range(16) if i not in ids]
-        check("pca9685 channels without a servo are off", not any(chips[0].outputs[i] for i in idle))
+        check("pca9685 channels without a servo are off",
+              not any(chips[0].outputs[i] for i in idle))
 
 
 def test_pca9685_traps():
     chip = sd.Pca9685Device()
     chip.write(bytes([0x00, 0x20]))
     chip.write(bytes([0xFE, 121]))
-    check("pca9685 ignores PRE_SCALE while awake", chip.registers[0xFE] == 0x1E and chip.ignored == 1)
+    check("pca9685 ignores PRE_SCALE while awake",
+          chip.registers[0xFE] == 0x1E and chip.ignored == 1)
     chip.write(bytes([0x06, 7, 0, 7, 0]))
     check("pca9685 ON = OFF is an error", chip.outputs[0] is None)
-    check("pca9685 decoder counts both",
-          sd.Pca9685([(0x40, b"\x00\x20"), (0x40, b"\xfe\x79"), (0x40, b"\x06\x07\x00\x07\x00")]).errors == 2)
+    writes = [b"\x00\x20", b"\xfe\x79", b"\x06\x07\x00\x07\x00"]
+    check("pca9685 decoder counts both", sd.Pca9685([(0x40, w) for w in writes]).errors == 2)
 
 
-# ---- the decoder itself -------------------------------------------------------------------------------------
+# ---- the decoder itself -------------------------------------------------------------------------
 
 def vectors():
     with open(os.path.join(ROOT, "tests/vectors/servo_frames.csv"), encoding="utf-8") as f:
@@ -300,7 +311,8 @@ def test_published_packets():
     goals = dict(vectors())
     check("sync write goals",
           sd.Dynamixel2(goals["dxl2_sync_write_150_170"]).frames() == [{1: 150, 2: 170}])
-    check("stuffed goal", sd.Dynamixel2(goals["dxl2_stuffing_goal_00FDFFFF"]).moves[0].position == 0xFDFFFF)
+    check("stuffed goal",
+          sd.Dynamixel2(goals["dxl2_stuffing_goal_00FDFFFF"]).moves[0].position == 0xFDFFFF)
     check("multiple targets",
           sd.Maestro(goals["maestro_set_multiple_3off_4_6000"]).frames() == [{3: 0, 4: 6000}])
 
@@ -308,7 +320,8 @@ def test_published_packets():
 def test_resynchronisation():
     """Damage in one frame costs that frame and no other, and is counted."""
     rng = random.Random(7)
-    good = [sd.dynamixel2_packet(0xFE, 0x83, bytes([116, 0, 4, 0, 1]) + (100 + k).to_bytes(4, "little"))
+    head = bytes([116, 0, 4, 0, 1])
+    good = [sd.dynamixel2_packet(0xFE, 0x83, head + (100 + k).to_bytes(4, "little"))
             for k in range(20)]
     for _ in range(300):
         bad, k = list(good), rng.randrange(20)

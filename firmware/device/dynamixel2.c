@@ -38,8 +38,8 @@ static void begin(wg_bytes *out, uint8_t id, uint8_t instruction)
     wg_bytes_put(out, instruction);
 }
 
-/* One byte of the body, and the FD that keeps FF FF FD from looking like a header. The length is still 0
- * here, so nothing in front of the body takes part. */
+/* One byte of the body, and the FD that keeps FF FF FD from looking like a header. The length is
+ * still 0 here, so nothing in front of the body takes part. */
 static void put(wg_bytes *out, uint8_t byte)
 {
     wg_bytes_put(out, byte);

@@ -64,7 +64,7 @@ static tick tick_make(uint32_t us)
     return t;
 }
 
-/* distance / tick towards 0, at most 9/8 of the last bit short up to 2^28, then VELOCITY_HUGE. */
+/* distance / tick towards 0, less than 5/4 of the last bit short up to 2^28, then VELOCITY_HUGE. */
 #define VELOCITY_HUGE (1ul << 29)
 static int32_t velocity_of(const tick *t, int32_t distance)
 {
@@ -111,7 +111,8 @@ static uint64_t braking(const limits *l, uint32_t room)
            ((uint64_t)room * (2 * l->acceleration) << 9);
 }
 
-/* Rule 1. Two rounded velocities differ by up to 9/8 more than the true ones: hence the + 1. */
+/* Rule 1. Rounding down makes two velocities differ by less than 1 more, which the rounding up of a
+ * covers; the reciprocals of unequal ticks add up to 1/4 (2^-30 of 2^28): hence the + 1. */
 static bool exact(const wg_servo *s, int32_t target, int32_t wanted, const limits *l, const tick *t)
 {
     int32_t behind = (s->target_q15 & ~127) - s->position_q15;

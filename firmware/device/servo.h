@@ -37,8 +37,7 @@ typedef struct {
 void wg_servo_init(wg_servo *state, const wg_file *file);
 
 /* Servo `index` stands still at `position`, which may lie outside its limits: it never moves
- * further out. The soft start ends when the servo first meets its target or the target crosses it.
- */
+ * further out. The soft start ends when it first meets its target or the target crosses it. */
 void wg_servo_start(wg_servo *state, uint8_t index, int16_t position);
 void wg_servo_off(wg_servo *state, uint8_t index);
 
@@ -51,19 +50,20 @@ int32_t wg_servo_target(const wg_file *file, uint8_t index, const int32_t *value
  *   values   one a channel, as wg_player_sample writes them
  *   dt_us    since the last step: 0 moves nothing, more than WG_SERVO_TICK_MAX_US counts as that;
  *            250 us or more, else the slowest servos (V = 1, A = 16) round to a standstill
- *   limits   V = velocity, A = acceleration, 0 = unlimited. Always, for any sequence of targets:
+ *   limits   V = velocity, A = acceleration, 0 = unlimited (V = 0 beside A > 0: VELOCITY_CAP).
+ *            Always, for any sequence of targets:
  *            position in [min, max] (hard, wins over the others), |velocity| <= V + 2^-11 units/s,
  *            |change of velocity| <= A dt + 2^-10 units/s, for ticks of equal length
  *   exact    a motion passes bit-unchanged when every step D of it over dt has |D/dt| <= V,
  *            |D/dt - D'/dt'| <= A dt (D', dt' the step before, 0 after a start) and could still
- * stop at the end stop ahead: |D/dt| <= A dt or (|D/dt|^2 - (A dt)^2)/2A <= room left. The last
- *            holds by itself where the motion brakes for its end stops with <= 0.8 A
+ *            stop at the end stop ahead: |D/dt| <= A dt or (|D/dt|^2 - (A dt)^2)/2A <= room left.
+ *            The last holds by itself where the motion brakes for its end stops with <= 0.8 A
  *   at rest  a constant target is met exactly and never passed, from rest or from any velocity
  *            that can still be braked; with ticks in [s, t] passed by at most A (t^2 - s^2)/2
  *   rounding motion too slow for 1/32768 unit a tick takes its last 1/256 unit at once
  *   checked  by tests/test_device_servo.c
- *   cost     one 48-step division a call; a servo: 2 wide multiplications while exact, else a root
- * of 16 steps on top */
+ *   cost     one 47-step division a call; a servo: a few 64-bit products, and a root of 16 steps
+ *            while it is not exact */
 void wg_servo_step(const wg_file *file, wg_servo *state, const int32_t *values, uint32_t dt_us);
 
 static inline uint8_t wg_servo_mode(const wg_servo *servo)

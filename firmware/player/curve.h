@@ -51,11 +51,10 @@ static inline wg_span wg_find_span(const wg_file *file, uint16_t track, uint32_t
     return at;
 }
 
-/* dt / h as Q31, in [0, 1); the quotient of the constant is off by less than h 2^-32 (DESIGN 6). Not
- * fix_mulm >> 1: a compiler that knows the sign multiplies signed by unsigned in three instructions. */
+/* dt / h as Q31, in [0, 1); the quotient of the constant is off by less than h 2^-32 (DESIGN 6). */
 static inline int32_t wg_fraction_q31(const wg_span *at)
 {
-    return (int32_t)(((uint64_t)at->dt_q16 * (UINT32_C(0xffffffff) / at->ticks)) >> 17);
+    return wg_mul17(at->dt_q16, UINT32_C(0xffffffff) / at->ticks);
 }
 
 /* ---- waves ------------------------------------------------------------------------------------- */
@@ -75,8 +74,8 @@ static inline wg_pair wg_unit_pair(const wg_span *at)
 /* 2^-(kappa ticks), Q30; 0 from 31 on, so that 32 and more need no exponential. */
 static inline int32_t wg_decay(uint32_t ticks_q16, uint32_t kappa_q24)
 {
-    uint64_t bits = (uint64_t)ticks_q16 * kappa_q24;
-    return bits >> 45 ? 0 : fix_exp2n((uint32_t)(bits >> 16));
+    uint32_t bits = wg_mul29(ticks_q16, kappa_q24);
+    return bits >> 29 ? 0 : fix_exp2n(bits);
 }
 
 /* ((u + v)/2, 2^k (u - v)/2) with u, v decaying from the right and the left end: cosh and sinh of
@@ -94,8 +93,7 @@ static inline wg_pair wg_exp_pair(const wg_span *at, const uint8_t *param, unsig
 static inline wg_pair wg_trig_pair(const wg_span *at, const uint8_t *param)
 {
     int32_t middle_q16 = (int32_t)(at->dt_q16 - (at->ticks << 15));
-    int64_t turns = (int64_t)middle_q16 * (int32_t)wg_rd32(param + WG_PARAM_RATE);
-    fix_turn t = fix_sincos((uint32_t)(turns >> 16));
+    fix_turn t = fix_sincos(wg_mulsm(middle_q16, (int32_t)wg_rd32(param + WG_PARAM_RATE)));
     wg_pair p = {t.cosine, t.sine};
     return p;
 }

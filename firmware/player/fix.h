@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "wg_mem.h"
+#include "wg_mul.h"
 
 #define WG_STATIC_ASSERT_2(cond, line) typedef char wg_assert_##line[(cond) ? 1 : -1]
 #define WG_STATIC_ASSERT_1(cond, line) WG_STATIC_ASSERT_2(cond, line)
@@ -21,28 +22,23 @@ WG_STATIC_ASSERT((int32_t)0x80000000u == -0x7fffffff - 1);
 /* Channel values saturate here (SPEC 6.1): sums of two still fit in int32. */
 #define FIX_VALUE_MAX ((int32_t)1 << 29)
 
-/* floor(a b / 2^32): one SMULL on ARM and one MULH on RV32M; |result| <= 2^30. */
+/* floor(a b / 2^32); |result| <= 2^30. */
 static inline int32_t fix_mulh(int32_t a, int32_t b)
 {
-    return (int32_t)(((int64_t)a * b) >> 32);
+    return wg_mulh(a, b);
 }
 
-/* floor(a b / 2^16) for a 16-bit b: the same bits as fix_mulh(a, b * 65536). */
+/* floor(a b / 2^16): the same bits as fix_mulh(a, b * 65536). */
 static inline int32_t fix_mulq(int32_t a, int16_t b)
 {
-    return fix_mulh(a, (int32_t)((uint32_t)(int32_t)b << 16));
+    return wg_mulq(a, b);
 }
 
 /* floor(a w / 2^15) for a weight w in 0..32768; w = 32768 gives a itself. */
 static inline int32_t fix_weigh(int32_t a, uint16_t w)
 {
-    return (int32_t)(((int64_t)a * w) >> 15);
-}
-
-/* floor(a b / 2^16) modulo 2^32, for phases and positions. */
-static inline uint32_t fix_mulm(uint32_t a, uint32_t b)
-{
-    return (uint32_t)(((uint64_t)a * b) >> 16);
+    int32_t high = (a >> 16) * (int32_t)w * 2; /* |a| <= 2^30: the true sum fits */
+    return high + (int32_t)(((uint32_t)a & 0xffffu) * w >> 15);
 }
 
 /* a + b and a - b modulo 2^32: defined for every pair. */

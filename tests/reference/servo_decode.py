@@ -9,8 +9,9 @@ agree on is a check of both.
     servo_decode.py dynamixel2 capture.bin [--csv out.csv]
     servo_decode.py pca9685 writes.txt [--csv out.csv]      a line a write: "40: 06 00 00 33 01"
 
-Rows are frame, id, position: quarter microseconds (0 = pulses off) or 1/4096 turn. A frame ends where
-an id comes again. Errors are counted, and the reader goes on at the next byte that can start a packet.
+Rows are frame, id, position: quarter microseconds (0 = pulses off) or 1/4096 turn. A frame ends
+where an id comes again. Errors are counted, and the reader goes on at the next byte that can start
+a packet.
 SPDX-License-Identifier: MIT
 """
 import argparse
@@ -43,10 +44,10 @@ class Frames:
         return table
 
 
-# ---- Maestro ------------------------------------------------------------------------------------------
+# ---- Maestro -------------------------------------------------------------------------------------
 
 def crc7(data):
-    """Remainder of the message, read low bit first, by x^7 + x^4 + 1 written low bit first (0x91)."""
+    """Remainder of division by the polynomial 0x91; message and polynomial low bit first."""
     crc = 0
     for byte in data:
         crc ^= byte
@@ -58,12 +59,12 @@ def crc7(data):
 
 
 # Data bytes behind each command of the guide; Set Multiple Targets (1F) says itself how many.
-MAESTRO_ARGUMENTS = {0x04: 3, 0x07: 3, 0x09: 3, 0x0A: 4, 0x10: 1, 0x13: 0, 0x1F: None, 0x21: 0, 0x22: 0,
-                     0x24: 0, 0x27: 1, 0x28: 3, 0x2E: 0}
+MAESTRO_ARGUMENTS = {0x04: 3, 0x07: 3, 0x09: 3, 0x0A: 4, 0x10: 1, 0x13: 0, 0x1F: None, 0x21: 0,
+                     0x22: 0, 0x24: 0, 0x27: 1, 0x28: 3, 0x2E: 0}
 
 
 class Maestro(Frames):
-    """Commands of a Maestro line: [(device or None, command & 7F, arguments)] and the moves in them."""
+    """Commands of a line, [(device or None, command & 7F, arguments)], and the moves in them."""
 
     def __init__(self, data, crc=False):
         super().__init__()
@@ -119,8 +120,8 @@ class Maestro(Frames):
 
 
 class MaestroDevice:
-    """An emulated Maestro: 24 channels, moved in steps of 10 ms. A channel that is off goes to its next
-    target at once, whatever speed and acceleration it was given; one that is on keeps to them.
+    """An emulated Maestro: 24 channels, moved in steps of 10 ms. A channel that is off goes to its
+    next target at once, whatever speed and acceleration it was given; one that is on keeps to them.
     `guard` is the channel's own range, to which targets are clamped."""
 
     def __init__(self, number=12, guard=(3968, 8000)):
@@ -173,7 +174,7 @@ class MaestroDevice:
             self.position[i] += max(1, int(rate)) if distance > 0 else -max(1, int(rate))
 
 
-# ---- Dynamixel 2.0 --------------------------------------------------------------------------------------
+# ---- Dynamixel 2.0 -------------------------------------------------------------------------------
 
 def crc16(data):
     """x^16 + x^15 + x^2 + 1, high bit first, start 0, as long division over the message's bits."""
@@ -241,10 +242,10 @@ def writes_in(servo, instruction, parameters):
 
 
 class Dynamixel2Device:
-    """An emulated X series servo: a table of registers. Answers ping, read and write to its own id with a
-    status packet, stays silent to broadcasts other than ping. The goal is clamped by a range check:
-    outside the position limits the write is refused with error 6. A tripped bus watchdog makes the goal
-    read-only until 0 is written to it."""
+    """An emulated X series servo: a table of registers. Answers ping, read and write to its own id
+    with a status packet, stays silent to broadcasts other than ping. A goal outside the position
+    limits is refused with error 6. A tripped bus watchdog makes the goal read-only until 0 is
+    written to it."""
 
     TORQUE, WATCHDOG, PRESENT, MAX_LIMIT, MIN_LIMIT = 64, 98, 132, 48, 52
     INSTRUCTION_ERROR, LIMIT_ERROR, ACCESS_ERROR = 2, 6, 7
@@ -308,7 +309,7 @@ class Dynamixel2Device:
         return 0
 
 
-# ---- PCA9685 ----------------------------------------------------------------------------------------------
+# ---- PCA9685 -------------------------------------------------------------------------------------
 
 class Pca9685Device:
     """An emulated PCA9685: its register file. PRE_SCALE is ignored unless SLEEP is set; without
@@ -387,7 +388,7 @@ class Pca9685(Frames):
                     self.add(channel + 16 * (address - 0x40), round(4 * pulse))
 
 
-# ---- command line -------------------------------------------------------------------------------------------
+# ---- command line --------------------------------------------------------------------------------
 
 def read_writes(text):
     """Lines "40: 06 00 00 33 01", hexadecimal."""
