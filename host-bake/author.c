@@ -4,6 +4,7 @@
 #include "author.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -59,8 +60,7 @@ static int capture_curve(const scene *s, const scene_curve *c, bake_curve *out, 
         keys[i].weight[0] = BAKE_HARD;
     }
     const bake_spline_problem cubic = {.end = {BAKE_END_ACCELERATION, BAKE_END_ACCELERATION}};
-    bake_spline_report report;
-    int err = bake_spline_solve(&cubic, keys, samples.count, out, &report, error);
+    int err = bake_spline_solve(&cubic, keys, samples.count, out, NULL, error);
     free(keys);
     capture_free(&samples);
     return err;
@@ -115,6 +115,11 @@ static int make_curve(const scene *s, const scene_clip *clip, int i, author_clip
         bake_error inner = *error;
         return bake_fail(error, "%s:%d: channel %s: %s", s->path, c->line,
                          s->channels[c->channel].name, inner.text);
+    }
+    if (error->text[0]) { /* solved, but near resonance */
+        fprintf(stderr, "%s:%d: channel %s: warning: %s\n", s->path, c->line,
+                s->channels[c->channel].name, error->text);
+        error->text[0] = 0;
     }
     return 0;
 }

@@ -380,6 +380,7 @@ static bake_curve scaled_curve(double range, double offset, const bake_mode *mod
         keys[k] = (bake_key){
             .time = 0.4 * k, .target = {offset + range * uniform(0, 1)}, .weight = {BAKE_HARD}};
     CHECK_EQ(bake_spline_solve(&problem, keys, 5, &curve, NULL, &error), 0);
+    if (curve.count == 0) printf("%s\n", error.text);
     return curve;
 }
 

@@ -1,5 +1,5 @@
-/* The servo limiter: motions that comply pass unchanged, the limits hold for all others, targets are
- * met without overshoot. Random motions from a fixed seed.
+/* The servo limiter: motions that comply pass unchanged, the limits hold for every other one,
+ * targets are met without overshoot. Random motions from a fixed seed.
  * Tolerances are those stated in servo.h and derived in servo.c.
  * SPDX-License-Identifier: MIT */
 #include "device_servo.h"

@@ -1,26 +1,32 @@
-/* Servo map and limiter. Positions are Q15, velocities Q12 units/s, accelerations whole units/s^2.
+/* Servo map and limiter. Positions are Q15, velocities Q12 units/s, accelerations units/s^2.
  *
  * A step over dt picks a velocity u; v is the last one, a = A dt, e the distance to the target.
+ *
  * 1. Exact: u = e/dt is taken when |u| <= V, |u - v| <= a, and it can still stop: either |u| <= a,
- * or the servo was within a dt of the last target, so that u is the target's own velocity to within
- *    a, and braking once by a and then continuously ends before the end stop ahead:
+ *    or the servo was within a dt of the last target, so that u is the target's own velocity to
+ *    within a, and braking by a once and then continuously ends before the end stop ahead:
  *    (u - a) dt + (u - a)^2/2A = (u^2 - a^2)/2A <= room.
+ *
  * 2. Chase otherwise: the largest u in [v - a, v + a] and [-V, V] that can stop at the target,
  *    u dt + u^2/2A <= e, so u <= sqrt(a^2 + 2Ae) - a. Braking with steps of any length needs no
- * more than u^2/2A, so a later, shorter tick does no harm. Invariant v^2/2A <= e: u = v - a has u
- * dt + u^2/2A = v^2/2A - a dt/2 <= e, so braking always keeps it and the rounding (travel and root
- * downwards, a upwards) only adds to the slack a dt/2. Near the target, e <= a dt, the invariant
- * gives e/dt >= v^2/2a >= v - a, so rule 1 applies and the servo lands. Landing leaves |v| <= a, so
- * that the next step is 0: no overshoot. The 0.8 A of servo.h: braking with B = bA from u = kB dt
- * takes >= k(k-1)/2 B dt^2; that covers (u^2 - a^2)/2A for every k when 2 sqrt((1-b)/b) >= 1, b <=
- * 0.8. Source: own. SPDX-License-Identifier: MIT */
+ *    more than u^2/2A, so a later, shorter tick does no harm.
+ *
+ * Invariant v^2/2A <= e: u = v - a has u dt + u^2/2A = v^2/2A - a dt/2 <= e, so braking always
+ * keeps it, and the rounding (travel and root down, a up) only adds to the slack a dt/2. Near the
+ * target, e <= a dt, it gives e/dt >= v^2/2a >= v - a, so rule 1 applies and the servo lands;
+ * landing leaves |v| <= a, so that the next step is 0: no overshoot.
+ *
+ * The 0.8 A of servo.h: braking with B = bA from u = kB dt takes k(k - 1)/2 B dt^2 or more; that
+ * covers (u^2 - a^2)/2A for every k when 2 sqrt((1 - b)/b) >= 1, so when b <= 0.8.
+ *
+ * Source: own.
+ * SPDX-License-Identifier: MIT */
 #include "servo.h"
 
 #include "fix.h"
 #include "wg_mem.h"
 
-/* 125000 / us as rate / 2^shift, rate in [2^30, 2^31): a distance in Q15 times it is Q12 units/s.
- */
+/* 125000 / us as rate / 2^shift, rate in [2^30, 2^31): a distance Q15 times it is Q12 units/s. */
 typedef struct {
     uint32_t us;
     uint32_t rate;
