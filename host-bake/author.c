@@ -67,7 +67,8 @@ static int capture_curve(const scene *s, const scene_curve *c, bake_curve *out, 
 }
 
 /* A held curve keeps its last key until the clip ends. */
-static int keyed_curve(const scene_curve *c, bake_key *keys, int i, author_clip *a, bake_error *error)
+static int keyed_curve(const scene_curve *c, bake_key *keys, int i, author_clip *a,
+                       bake_error *error)
 {
     int periodic = c->end[0] == BAKE_END_PERIODIC;
     bake_curve *out = &a->curve[i];
@@ -91,7 +92,8 @@ static int keyed_curve(const scene_curve *c, bake_key *keys, int i, author_clip 
 }
 
 /* Key times move to the tick grid before the spline is solved, so that it hits its keys there. */
-static int make_curve(const scene *s, const scene_clip *clip, int i, author_clip *a, bake_error *error)
+static int make_curve(const scene *s, const scene_clip *clip, int i, author_clip *a,
+                      bake_error *error)
 {
     const scene_curve *c = &clip->curves[i];
     if (c->kind == CURVE_CAPTURED) {
@@ -103,8 +105,10 @@ static int make_curve(const scene *s, const scene_clip *clip, int i, author_clip
         keys[k] = c->keys[k];
         keys[k].time = floor(c->keys[k].time * a->rate + 0.5) / a->rate;
         if (k > 0 && keys[k].time <= keys[k - 1].time) {
-            err = bake_fail(error, "keys %d and %d fall on the same tick of 1/%d s: move one, or set a "
-                            "higher tick_rate", k, k + 1, a->rate);
+            err = bake_fail(error,
+                            "keys %d and %d fall on the same tick of 1/%d s: move one, or set a "
+                            "higher tick_rate",
+                            k, k + 1, a->rate);
         }
     }
     if (err == 0) {
@@ -155,9 +159,10 @@ int author_clip_make(const scene *s, int index, author_clip *out, bake_error *er
         double duration = clip->duration > 0 ? clip->duration : longest(clip, out);
         out->rate = duration > 0 && duration < SECONDS_MAX ? choose_rate(s, clip, duration) : 0;
         if (out->rate == 0) {
-            err = bake_fail(error, "%s:%d: clip %s lasts %g s: a clip has 1 to %g ticks and less than "
-                            "%g s, so set a duration or a lower tick_rate, or split it", s->path, clip->line, clip->name,
-                            duration, TICKS_MAX, SECONDS_MAX);
+            err = bake_fail(error,
+                            "%s:%d: clip %s lasts %g s: a clip has 1 to %g ticks and less than "
+                            "%g s, so set a duration or a lower tick_rate, or split it",
+                            s->path, clip->line, clip->name, duration, TICKS_MAX, SECONDS_MAX);
         } else {
             out->ticks = (int)fmax(1, floor(duration * out->rate + 0.5));
         }

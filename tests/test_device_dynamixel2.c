@@ -222,8 +222,7 @@ static void dynamixel2_frame_leaves_out_ids_that_no_servo_has(void)
     CHECK_EQ(wg_dynamixel2_frame(&file, servos, out, sizeof out), 0);
 }
 
-/* FF FF FD in the goals would take an id of 253 or 255: the frame is the same with every position.
- */
+/* FF FF FD in the goals would take an id of 253 or 255, so every position needs the same bytes. */
 static void dynamixel2_frames_never_need_stuffing(void)
 {
     uint8_t out[64];

@@ -6,8 +6,7 @@
 
 /* ---- motions that comply pass unchanged ------------------------------------------------------ */
 
-/* The next step of a random motion that complies, or 0 when the quantum of 1/256 unit leaves none.
- */
+/* The next step of a random motion that complies, or 0 when 1/256 unit is too coarse for one. */
 static int compliant_step(const setting *s, double at, double *speed, double dt, double *distance)
 {
     double want = *speed + s->acceleration * dt * (between(-1000, 1000) / 1000.0);

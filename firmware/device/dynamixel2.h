@@ -1,7 +1,6 @@
 /* ROBOTIS Dynamixel protocol 2.0: packets with byte stuffing and CRC-16, the goal positions of all
  * servos in one Sync Write, and a parser for status packets.
- * Source: emanual.robotis.com/docs/en/dxl/protocol2. Positions are 1/4096 turn, 0..4095 in one
- * turn.
+ * Source: emanual.robotis.com/docs/en/dxl/protocol2. Positions are 1/4096 turn.
  *
  * Sync Write is not answered, so that frames never collide with replies. A servo moves only with
  * Torque Enable = 1, and a tripped Bus Watchdog (register 98 reads -1) makes its goal registers
@@ -43,12 +42,12 @@ typedef struct {
     uint16_t param_count;
 } wg_dynamixel2;
 
-/* Builds one packet. Returns its bytes, WG_ERR_ADDRESS (253 and 255 are not ids) or WG_ERR_SPACE.
- */
+/* Builds one packet. Returns its bytes, WG_ERR_ADDRESS (253, 255 are not ids) or WG_ERR_SPACE. */
 int wg_dynamixel2_packet(const wg_dynamixel2 *packet, uint8_t *out, uint16_t size);
 
-/* Goal positions of all Dynamixel servos of the clip that are on and have a legal id: one Sync
- * Write. returns  bytes written (0: no such servo is on), or WG_ERR_SPACE */
+/* Goal positions of all Dynamixel servos of the clip that are on and have an id <= 252, in one
+ * Sync Write.
+ *   returns  bytes written (0: no such servo is on), or WG_ERR_SPACE */
 int wg_dynamixel2_frame(const wg_file *file, const wg_servo *state, uint8_t *out, uint16_t size);
 
 /* ---- status packets -------------------------------------------------------------------------- */

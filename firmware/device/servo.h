@@ -1,14 +1,16 @@
 /* From channel values to servo positions that the servo can follow: map, clamp, limit velocity and
  * acceleration. The device code's only state that lasts from tick to tick; 12 bytes a servo.
- * Source: own (a trapezoidal profile whose braking speed is solved for the tick); proofs in
- * servo.c.
+ * Source: own, a trapezoidal profile whose braking speed is solved for the tick; proofs in servo.c.
  *
  * What a servo does at power-up is decided by the first call after wg_servo_init:
- *   nothing               the first step starts it at its target. Without feedback nobody knows
- * where it stands, so it goes there as fast as it can: for bench tests wg_servo_start(i, p)  it is
- * at p (read back, stored, or where the unpowered mechanism rests) and approaches its target from
- * there at 1/8 of its velocity limit wg_servo_off(i)       it gets no pulses until wg_servo_start.
- * Starting servos one by one, some 100 ms apart, keeps the supply from collapsing under all of them
+ *
+ *   nothing               It starts at its target in the first step. Without feedback nobody knows
+ *                         where it stands, so it goes there as fast as it can: for bench tests.
+ *   wg_servo_start(i, p)  It stands at p (read back, stored, or where the unpowered mechanism
+ *                         rests) and approaches its target at 1/8 of its velocity limit.
+ *   wg_servo_off(i)       It gets no pulses until wg_servo_start. Starting servos one by one, some
+ *                         100 ms apart, keeps the supply from collapsing under all of them.
+ *
  * SPDX-License-Identifier: MIT */
 #ifndef WIGGLY_SERVO_H
 #define WIGGLY_SERVO_H
@@ -76,8 +78,7 @@ static inline bool wg_servo_on(const wg_servo *servo)
     return wg_servo_mode(servo) >= WG_SERVO_APPROACHING;
 }
 
-/* The position to send: nearest unit, halves up; inside [min, max] because those are whole units.
- */
+/* The position to send: nearest unit, halves up; in [min, max] because those are whole units. */
 static inline int16_t wg_servo_position(const wg_servo *servo)
 {
     return (int16_t)((servo->position_q15 + 0x4000) >> 15);

@@ -13,25 +13,33 @@ static int32_t knots_value(const wg_span *at, const uint8_t *data, uint8_t kind)
     return fix_add(y.v, wg_times_u(half_u, t));
 }
 
-/* What each kind is made of (SPEC 6.3, step 4); the parameters of the first pair come first. */
+/* What each kind is made of (SPEC 6.3, step 4); the parameters of the first pair come first. Blocks, so
+ * that the cases share their stack. */
 static int32_t wave_value(const wg_span *at, const uint8_t *data, uint8_t kind)
 {
     unsigned aux = wg_rd8(at->run + WG_RUN_AUX);
     const uint8_t *next = data + WG_PARAM_BYTES;
     switch (kind) {
-    case WG_KIND_OSC:
-        return wg_product(wg_coefficients(at, data, 2), wg_exp_pair(at, data, aux),
-                          wg_trig_pair(at, next));
-    case WG_KIND_OSC0:
-        return wg_product(wg_coefficients(at, data, 1), wg_unit_pair(at), wg_trig_pair(at, data));
-    case WG_KIND_CRIT:
-        return wg_product(wg_coefficients(at, data, 1), wg_exp_pair(at, data, aux),
-                          wg_unit_pair(at));
-    case WG_KIND_EXP:
-        return wg_sum(wg_coefficients(at, data, 2), wg_exp_pair(at, data, aux & 15u),
-                      wg_exp_pair(at, next, aux >> 4));
-    default: /* WG_KIND_EXP0 */
-        return wg_sum(wg_coefficients(at, data, 1), wg_exp_pair(at, data, aux), wg_unit_pair(at));
+    case WG_KIND_OSC: {
+        wg_pair a = wg_exp_pair(at, data, aux), b = wg_trig_pair(at, next);
+        return wg_product(wg_coefficients(at, data, 2), a, b);
+    }
+    case WG_KIND_OSC0: {
+        wg_pair a = wg_unit_pair(at), b = wg_trig_pair(at, data);
+        return wg_product(wg_coefficients(at, data, 1), a, b);
+    }
+    case WG_KIND_CRIT: {
+        wg_pair a = wg_exp_pair(at, data, aux), b = wg_unit_pair(at);
+        return wg_product(wg_coefficients(at, data, 1), a, b);
+    }
+    case WG_KIND_EXP: {
+        wg_pair a = wg_exp_pair(at, data, aux & 15u), b = wg_exp_pair(at, next, aux >> 4);
+        return wg_sum(wg_coefficients(at, data, 2), a, b);
+    }
+    default: { /* WG_KIND_EXP0 */
+        wg_pair a = wg_exp_pair(at, data, aux), b = wg_unit_pair(at);
+        return wg_sum(wg_coefficients(at, data, 1), a, b);
+    }
     }
 }
 
