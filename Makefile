@@ -1,6 +1,6 @@
 # wiggly: see `make help`. One file, GNU make, no configure; objects in build/$(BOARD)/.
 BOARD ?= host
-B := build/$(BOARD)
+B ?= build/$(BOARD)
 include boards/$(BOARD)/board.mk
 
 # ---- flags: the same for every board ------------------------------------------------------------

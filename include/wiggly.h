@@ -76,7 +76,8 @@ int wg_open(wg_file *file, const void *clip, uint32_t size);
 uint32_t wg_clip_position(const wg_file *file, uint8_t clip, uint32_t time_us);
 
 /* Value of one track at a position: raw units of its channel.                            [SPEC 6.3]
- *   track    index into TRACKS; a track of one of the clips: wg_open looks at no others
+ *   track    index into TRACKS, below its count
+ *   position ticks UQ16.16, up to the end of its last run; wg_clip_position never gives more
  *   error    <= 2^-13 of the channel's range against the authored spline for clips by our baker,
  *            derived in DESIGN 6, measured for every clip by its certificate
  *   cost     bounded by ceil(log2(segments)) + a constant; the same whatever was sampled before */
@@ -97,6 +98,10 @@ void wg_clip_sample(const wg_file *file, uint8_t clip, uint32_t time_us, int32_t
  */
 
 #define WG_SPEED_ONE ((int32_t)65536) /* Q16.16; negative plays backwards */
+
+/* Events of at most this many turns of a loop are reported after one update: a hostile clip may turn
+ * 125,000 times a second. */
+#define WG_WRAPS_MAX 255u
 
 /* One layer's state. Time runs on the unfolded axis [0, period) in us Q16 (48 bits), so that a
  * ping-pong clip has twice its duration as period and no drift ever builds up. */
@@ -165,7 +170,8 @@ void wg_player_fade(wg_player *p, uint8_t layer, uint16_t weight, uint32_t fade_
 
 /* Cross-fades to `clip` over `fade_us` with two neighbouring layers `lower` and lower + 1: the upper
  * one gets the clip unless it is shown (weight above 1/2), and its weight covers or uncovers the
- * lower one. */
+ * lower one. Inside a running cross-fade the clip that weighs less is replaced, which shows: by less
+ * than half of what they differ. A layer that has faded out goes on and still reports its events. */
 void wg_player_crossfade(wg_player *p, uint8_t lower, uint8_t clip, uint32_t fade_us);
 
 /* Where a layer is, and whether it has come to the end of a clip that does not repeat. */

@@ -4,6 +4,8 @@
 #ifndef WIGGLY_CURVE_H
 #define WIGGLY_CURVE_H
 
+#include <stddef.h>
+
 #include "clip.h"
 #include "fix.h"
 
@@ -45,7 +47,7 @@ static inline wg_span wg_find_span(const wg_file *file, uint16_t track, uint32_t
         count -= half;
     }
     uint32_t start = wg_rd16(passed < times ? at.run + WG_RUN_START : passed);
-    at.index = (uint32_t)(passed + 2 - times) >> 1;
+    at.index = (uint32_t)(size_t)(passed + 2 - times) >> 1; /* size_t: unsigned on AVR's 16 bits too */
     at.ticks = wg_rd16(passed + 2) - start;
     at.dt_q16 = position - (start << 16);
     return at;

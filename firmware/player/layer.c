@@ -11,10 +11,10 @@ static uint64_t period(const wg_file *file, const wg_layer *l)
     return l->end == WG_END_PINGPONG ? 2u * duration : duration;
 }
 
-uint32_t wg_layer_shown_us(const wg_file *file, const wg_layer *l, uint64_t at)
+uint64_t wg_layer_shown(const wg_file *file, const wg_layer *l, uint64_t at)
 {
     uint64_t duration = wg_clip_duration(file, l->clip);
-    return (uint32_t)((at > duration ? 2u * duration - at : at) >> 16);
+    return at > duration ? 2u * duration - at : at;
 }
 
 /* *at mod length, returning the quotient. A tick covers less than 2^63 and open clips last at least
@@ -47,7 +47,7 @@ void wg_layer_advance(const wg_file *file, wg_layer *l, uint32_t dt_us)
         uint64_t beyond = step - seam;
         uint64_t turns = wrap(&beyond, length) + 1u;
         l->head = l->backwards ? length - 1u - beyond : beyond;
-        l->wraps = turns >> 32 ? UINT32_MAX : (uint32_t)turns;
+        l->wraps = turns > WG_WRAPS_MAX ? WG_WRAPS_MAX : (uint8_t)turns;
     }
 }
 
@@ -64,7 +64,7 @@ typedef struct {
 
 static uint32_t position_at(const wg_file *file, const wg_layer *l, uint64_t at)
 {
-    return wg_clip_position(file, l->clip, wg_layer_shown_us(file, l, at));
+    return wg_clip_position(file, l->clip, (uint32_t)(wg_layer_shown(file, l, at) >> 16));
 }
 
 static leg next_leg(const wg_file *file, const wg_layer *l)

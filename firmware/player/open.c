@@ -52,14 +52,16 @@ static int read_directory(wg_file *file, const uint8_t *clip)
     uint32_t length = wg_rd32(clip + WG_HEADER_LENGTH);
     uint16_t sections = wg_rd16(clip + WG_HEADER_SECTIONS);
     uint16_t previous = 0;
-    if (sections > WG_SECTIONS_MAX || WG_HEADER_BYTES + sections * WG_DIRECTORY_BYTES > length) {
+    uint32_t first = WG_HEADER_BYTES + sections * WG_DIRECTORY_BYTES;
+    if (sections > WG_SECTIONS_MAX || first > length) {
         return WG_ERR_DIRECTORY;
     }
     for (uint16_t i = 0; i < sections; i++) {
         const uint8_t *entry = clip + WG_HEADER_BYTES + i * WG_DIRECTORY_BYTES;
         uint16_t kind = wg_rd16(entry), count = wg_rd16(entry + 2);
         uint32_t offset = wg_rd32(entry + 4), bytes = wg_rd32(entry + 8);
-        if (kind <= previous || offset % 4u != 0 || offset > length || bytes > length - offset) {
+        if (kind <= previous || offset % 4u != 0 || offset < first || offset > length ||
+            bytes > length - offset) {
             return WG_ERR_DIRECTORY;
         }
         previous = kind;
@@ -107,7 +109,7 @@ static int check_channels(const wg_file *file)
 }
 
 /* End ticks ascend strictly from the run's start, so every segment is at least a tick long. */
-static int check_times(const wg_file *file, const uint8_t *run, uint16_t limit)
+static int check_times(const wg_file *file, const uint8_t *run)
 {
     uint16_t count = wg_rd16(run + WG_RUN_SEGMENTS);
     const uint8_t *times = file->section[WG_SECTION_DATA].at + wg_rd32(run + WG_RUN_TIMES);
@@ -119,7 +121,7 @@ static int check_times(const wg_file *file, const uint8_t *run, uint16_t limit)
         }
         previous = end;
     }
-    return previous == limit ? 0 : WG_ERR_TIMES;
+    return 0;
 }
 
 /* Bytes of parameters and knots or coefficients of a run (SPEC 4.4). */
@@ -167,24 +169,14 @@ static int check_run(const wg_file *file, const uint8_t *run)
     return 0;
 }
 
-/* The runs of a track are contiguous from tick 0 to the clip's end. */
-static int check_track(const wg_file *file, const uint8_t *track, uint16_t duration)
+/* Every run, used or not: once, however many tracks share it. */
+static int check_runs(const wg_file *file)
 {
-    uint16_t first = wg_rd16(track + WG_TRACK_RUN_FIRST);
-    uint16_t count = wg_rd16(track + WG_TRACK_RUN_COUNT);
-    if (count == 0 || !is_range(first, count, file->section[WG_SECTION_RUNS].count)) {
-        return WG_ERR_TRACK;
-    }
-    const uint8_t *run = wg_record(file, WG_SECTION_RUNS, first, WG_RUN_BYTES);
-    if (wg_rd16(run + WG_RUN_START) != 0) {
-        return WG_ERR_TRACK;
-    }
-    for (uint16_t i = 0; i < count; i++, run += WG_RUN_BYTES) {
-        bool last = i + 1u == count;
+    for (uint16_t i = 0; i < file->section[WG_SECTION_RUNS].count; i++) {
+        const uint8_t *run = wg_record(file, WG_SECTION_RUNS, i, WG_RUN_BYTES);
         int err = check_run(file, run);
         if (err == 0) {
-            err = check_times(file, run,
-                              last ? duration : wg_rd16(run + WG_RUN_BYTES + WG_RUN_START));
+            err = check_times(file, run);
         }
         if (err < 0) {
             return err;
@@ -193,11 +185,50 @@ static int check_track(const wg_file *file, const uint8_t *track, uint16_t durat
     return 0;
 }
 
-/* Tracks by ascending channel: one a channel at the most. */
-static int check_tracks(const wg_file *file, const uint8_t *clip)
+static uint16_t run_end(const wg_file *file, const uint8_t *run)
 {
-    uint16_t first = wg_rd16(clip + WG_CLIP_TRACK_FIRST),
-             count = wg_rd16(clip + WG_CLIP_TRACK_COUNT);
+    uint32_t last = wg_rd16(run + WG_RUN_SEGMENTS) - 1u;
+    return wg_rd16(file->section[WG_SECTION_DATA].at + wg_rd32(run + WG_RUN_TIMES) + 2u * last);
+}
+
+/* The runs of a track are contiguous from tick 0. */
+static int check_track(const wg_file *file, const uint8_t *track)
+{
+    uint16_t first = wg_rd16(track + WG_TRACK_RUN_FIRST);
+    uint16_t count = wg_rd16(track + WG_TRACK_RUN_COUNT);
+    if (count == 0 || !is_range(first, count, file->section[WG_SECTION_RUNS].count) ||
+        wg_rd16(track + WG_TRACK_CHANNEL) >= file->section[WG_SECTION_CHANNELS].count) {
+        return WG_ERR_TRACK;
+    }
+    const uint8_t *run = wg_record(file, WG_SECTION_RUNS, first, WG_RUN_BYTES);
+    if (wg_rd16(run + WG_RUN_START) != 0) {
+        return WG_ERR_TRACK;
+    }
+    for (uint16_t i = 1; i < count; i++, run += WG_RUN_BYTES) {
+        if (run_end(file, run) != wg_rd16(run + WG_RUN_BYTES + WG_RUN_START)) {
+            return WG_ERR_TIMES;
+        }
+    }
+    return 0;
+}
+
+/* Every track, in a clip or not: wg_track_value takes them all. */
+static int check_tracks(const wg_file *file)
+{
+    for (uint16_t i = 0; i < file->section[WG_SECTION_TRACKS].count; i++) {
+        int err = check_track(file, wg_record(file, WG_SECTION_TRACKS, i, WG_TRACK_BYTES));
+        if (err < 0) {
+            return err;
+        }
+    }
+    return 0;
+}
+
+/* A clip's tracks: by ascending channel, one a channel at the most, and as long as the clip. */
+static int check_clip_tracks(const wg_file *file, const uint8_t *clip)
+{
+    uint16_t first = wg_rd16(clip + WG_CLIP_TRACK_FIRST);
+    uint16_t count = wg_rd16(clip + WG_CLIP_TRACK_COUNT);
     if (!is_range(first, count, file->section[WG_SECTION_TRACKS].count)) {
         return WG_ERR_CLIP;
     }
@@ -205,15 +236,16 @@ static int check_tracks(const wg_file *file, const uint8_t *clip)
     for (uint16_t i = 0; i < count; i++) {
         const uint8_t *track =
             wg_record(file, WG_SECTION_TRACKS, (uint32_t)first + i, WG_TRACK_BYTES);
-        uint16_t channel = wg_rd16(track + WG_TRACK_CHANNEL);
-        if (channel < next_channel || channel >= file->section[WG_SECTION_CHANNELS].count) {
+        uint32_t last = (uint32_t)wg_rd16(track + WG_TRACK_RUN_FIRST) +
+                        wg_rd16(track + WG_TRACK_RUN_COUNT) - 1u;
+        if (wg_rd16(track + WG_TRACK_CHANNEL) < next_channel) {
             return WG_ERR_TRACK;
         }
-        next_channel = channel + 1u;
-        int err = check_track(file, track, wg_rd16(clip + WG_CLIP_TICKS));
-        if (err < 0) {
-            return err;
+        if (run_end(file, wg_record(file, WG_SECTION_RUNS, last, WG_RUN_BYTES)) !=
+            wg_rd16(clip + WG_CLIP_TICKS)) {
+            return WG_ERR_TIMES;
         }
+        next_channel = (uint32_t)wg_rd16(track + WG_TRACK_CHANNEL) + 1u;
     }
     return 0;
 }
@@ -248,7 +280,7 @@ static int check_clips(const wg_file *file)
             wg_rd32(clip + WG_CLIP_MUL) == 0 || wg_clip_duration(file, (uint8_t)i) >> 19 == 0) {
             return WG_ERR_CLIP;
         }
-        int err = check_tracks(file, clip);
+        int err = check_clip_tracks(file, clip);
         if (err == 0) {
             err = check_events(file, clip);
         }
@@ -370,6 +402,12 @@ int wg_open(wg_file *file, const void *clip, uint32_t size)
     }
     if (err == 0) {
         err = check_channels(file);
+    }
+    if (err == 0) {
+        err = check_runs(file);
+    }
+    if (err == 0) {
+        err = check_tracks(file);
     }
     if (err == 0) {
         err = check_clips(file);

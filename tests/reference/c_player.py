@@ -20,10 +20,10 @@ class File(ctypes.Structure):
 
 
 class CLayer(ctypes.Structure):
-    _fields_ = [("head", ctypes.c_uint64), ("from_", ctypes.c_uint64), ("wraps", U32),
+    _fields_ = [("head", ctypes.c_uint64), ("from_", ctypes.c_uint64),
                 ("speed", I32), ("fade_us", U32), ("faded_us", U32), ("fade_from", U16),
                 ("fade_to", U16), ("event", U16), ("clip", U8), ("end", U8), ("mode", U8),
-                ("mask", U8), ("playing", U8), ("backwards", U8)]
+                ("mask", U8), ("playing", U8), ("backwards", U8), ("wraps", U8)]
 
 
 class CPlayer(ctypes.Structure):

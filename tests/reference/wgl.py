@@ -179,8 +179,8 @@ class Clip:
         for i in range(self.entries):
             kind, count, offset, size = struct.unpack_from("<HHII", self.blob, 16 + 12 * i)
             need(kind > last, BadDirectory, "kind %d after %d" % (kind, last))
-            need(offset % 4 == 0 and offset + size <= self.length, BadDirectory,
-                 "section %d at %d, %d bytes" % (kind, offset, size))
+            need(offset % 4 == 0 and 16 + 12 * self.entries <= offset
+                 and offset + size <= self.length, BadDirectory, "section %d at %d, %d bytes" % (kind, offset, size))
             last = kind
             if kind > len(SECTIONS):
                 continue
@@ -240,8 +240,8 @@ class Clip:
         for before, end in zip((run.start,) + run.ends, run.ends):
             need(before < end, BadTimes, here + ": %d after %d" % (end, before))
 
-    def check_track(self, track, ticks, here):
-        """The runs of a track tile 0 .. ticks."""
+    def check_track(self, track, here):
+        """The runs of a track tile 0 .. its end."""
         need(track.channel < len(self.channels), BadTrack, here + ": channel")
         last = track.run_first + track.run_count
         need(track.run_count >= 1 and last <= len(self.runs), BadTrack, here + ": runs")
@@ -250,14 +250,17 @@ class Clip:
         for i, run in enumerate(track.runs, track.run_first):
             need(run.start == tick, BadTimes if tick else BadTrack,
                  here + ": run %d starts at %d" % (i, run.start))
-            self.check_run(run, "run %d" % i)
             tick = run.ends[-1]
-        need(tick == ticks, BadTimes, here + " ends at %d" % tick)
+        track.end = tick
 
     def check_clips(self):
         for i, channel in enumerate(self.channels):
             need(-30 <= channel.frac <= 30, BadChannel, "channel %d: frac" % i)
             need(abs(channel.rest) <= LIMIT, BadChannel, "channel %d: rest" % i)
+        for i, run in enumerate(self.runs):
+            self.check_run(run, "run %d" % i)
+        for i, track in enumerate(self.tracks):
+            self.check_track(track, "track %d" % i)
         for i, clip in enumerate(self.clips):
             self.check_clip(clip, "clip %d" % i)
 
@@ -274,7 +277,7 @@ class Clip:
         for k in clip.tracks:
             track = self.tracks[k]
             need(track.channel > last, BadTrack, here + ": channels do not ascend")
-            self.check_track(track, clip.ticks, "track %d" % k)
+            need(track.end == clip.ticks, BadTimes, here + ": track %d ends at %d" % (k, track.end))
             last = track.channel
         last = 0
         for event in clip.events:

@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: MIT
 """The layered player of SPEC 6.6 and 6.7 on top of wgl.py, with the calls of include/wiggly.h."""
-from wgl import CLAMP, GAIN, HOLD, M32, MATRIX, NONE, OFFSET, PINGPONG, sat
+from wgl import CLAMP, GAIN, HOLD, LOOP, M32, MATRIX, NONE, OFFSET, PINGPONG, sat
 
 SPEED_ONE = 1 << 16
+WRAPS_MAX = 255  # 6.7: turns of one tick whose events are reported
 
 
 def ramp(w0, w1, faded, fade):
     """6.6: weight after `faded` of `fade` microseconds."""
     if faded >= fade:
         return w1
+    while fade >> 17:
+        faded, fade = faded >> 1, fade >> 1
     u = (faded * (M32 // fade)) >> 17
-    c = (((u * u) >> 15) * u) >> 15
-    q = 40960 + ((((6 * u - 491520) >> 3) * u) >> 15)
-    return w0 + (((w1 - w0) * ((c * q) >> 12)) >> 15)
+    s = u * u
+    r = (10 << 27) - ((15 * u) << 12) + (3 * s >> 2)
+    return w0 + (((w1 - w0) * ((s * u >> 15) * r >> 42)) >> 15)
 
 
 def apply_filters(filters, values):
@@ -89,7 +92,10 @@ class Player:
             layer.head = max(0, min(self.duration(layer), old + step))
             step = layer.head - old
         else:
+            turns = abs((old + step) // self.period(layer))
             layer.head = (old + step) % self.period(layer)
+            beyond = max(0, turns - WRAPS_MAX) * self.period(layer)
+            step -= beyond if step > 0 else -beyond
         layer.pending = self.crossed(layer, old, step)
 
     def crossed(self, layer, head, step):
@@ -184,9 +190,10 @@ class Player:
     def set_end(self, index, end):
         layer = self.layers[index]
         if layer.clip != NONE:
-            time_us = self.time(index)
+            shown = self.shown(layer, layer.head)
             layer.end = end
-            self.seek(index, time_us)
+            layer.head = 0 if end == LOOP and shown == self.duration(layer) else shown
+            layer.pending = iter(())
 
     def fade(self, index, weight, fade_us):
         layer = self.layers[index]

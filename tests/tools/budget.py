@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+"""Measures what the player costs and compares it with the committed budget.
+
+    budget.py           fails when a row of tests/budget/player.csv is exceeded, or a goal is newly missed
+    budget.py --write   writes the measured values as the new budget
+
+Everything is a count that repeats: bytes from the linker, instructions in QEMU, cycles in simavr.
+SPDX-License-Identifier: MIT
+"""
+import csv
+import os
+import random
+import re
+import subprocess
+import sys
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+BUDGET = os.path.join(ROOT, "tests/budget/player.csv")
+WORK = os.path.join(ROOT, "build/budget")
+TARGETS = {  # board: (cross, flags, what OPT its speed is counted at)
+    "microbit": ("arm-none-eabi-", ["-mcpu=cortex-m0", "-mthumb", "-mfloat-abi=soft"]),
+    "mps2-an386": ("arm-none-eabi-", ["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=soft"]),
+    "sifive_e": ("riscv64-unknown-elf-", ["-march=rv32imac", "-mabi=ilp32", "-misa-spec=2.2", "-isystem",
+                                          "hal/bare/libc"]),
+}
+ROOTS = ["wg_open", "wg_player_update", "wg_player_event", "wg_player_sample", "wg_servo_step",
+         "wg_maestro_frame"]
+
+
+def run(command, **options):
+    done = subprocess.run(command, cwd=ROOT, text=True, capture_output=True, **options)
+    if done.returncode != 0:
+        sys.exit("budget: %s\n%s%s" % (" ".join(command), done.stdout, done.stderr))
+    return done.stdout
+
+
+def scene(path, kind):
+    """16 channels of 60 keys about a second apart, one layer: what the time goals are stated for."""
+    rng = random.Random(1)
+    curves = []
+    for i in range(16):
+        frame, keys = 0, []
+        while frame < 60 * 30 - 20:
+            keys.append("{time: %.6f, value: %.2f}" % (frame / 30, rng.uniform(-40, 40)))
+            frame += rng.randint(20, 40)
+        extra = "frequency: %.2f, damping: 0.1, " % rng.uniform(1.5, 3) if kind == "wiggly" else ""
+        curves.append("      - {channel: c%d, kind: %s, %skeys: [%s]}" % (i, kind, extra, ", ".join(keys)))
+    with open(path, "w") as f:
+        f.write("name: budget\nchannels:\n")
+        f.writelines("  - {name: c%d, unit: deg, tolerance: 0.02}\n" % i for i in range(16))
+        f.write("clips:\n  - name: show\n    duration: 60\n    end: loop\n    curves:\n")
+        f.write("\n".join(curves) + "\nlayers:\n  - {name: base, clip: show}\n")
+
+
+def clips():
+    os.makedirs(WORK, exist_ok=True)
+    for name, kind in (("wave", "wiggly"), ("cubic", "cubic")):
+        scene(os.path.join(WORK, name + ".yaml"), kind)
+        run(["build/wiggly", "bake", "build/budget/%s.yaml" % name, "-o", "build/budget/%s.wgl" % name, "--quiet"])
+
+
+def footprint(board, rows):
+    """Linked text of player, limiter and Maestro with the compiler's helpers; .data; RAM; struct sizes."""
+    cross, flags = TARGETS[board]
+    image = os.path.join(WORK, board + ".elf")
+    sources = ["tests/fw_size.c", "firmware/device/servo.c", "firmware/device/bus.c", "firmware/device/maestro.c"]
+    sources += ["firmware/player/" + f for f in sorted(os.listdir(os.path.join(ROOT, "firmware/player"))) if f.endswith(".c")]
+    sources += ["hal/bare/mem.c", "-fno-tree-loop-distribute-patterns"]
+    run([cross + "gcc", "-std=c99", "-Os", "-ffreestanding", "-ffunction-sections", "-fdata-sections"] + flags +
+        ["-Iinclude", "-Ifirmware/player", "-Ifirmware/player/mem/near", "-Ifirmware/device", "-Ihal/bare"] + sources +
+        ["-nostdlib", "-Wl,--gc-sections,--defsym=clip_words=0x8000,--defsym=clock_us=0x20000000,--defsym=bus=0x20000004",
+         "-lgcc", "-o", image])
+    text, data, bss = map(int, run([cross + "size", image]).splitlines()[1].split()[:3])
+    symbols = {}
+    for line in run([cross + "nm", "-S", image]).splitlines():
+        part = line.split()
+        if len(part) == 4:
+            symbols[part[3]] = int(part[1], 16)
+    goal = 8192 if board == "microbit" else ""
+    rows.append((board, "text of player, limiter and Maestro, linked, -Os", text - symbols["_start"], "bytes", goal))
+    rows.append((board, ".data", data, "bytes", 0))
+    rows.append((board, ".bss beside the caller's objects", bss - symbols["size_ram"], "bytes", 0))
+    rows.append((board, "RAM for 16 channels, 2 layers, 16 servos and a frame", symbols["size_ram"], "bytes", 1024))
+
+
+def stack(board, rows):
+    out = run(["make", "-s", "BOARD=" + board, "CLIP=build/budget/wave.wgl", "image"])
+    image = "build/%s/wave/main.elf" % board
+    command = ["/usr/bin/python3", "tests/tools/stack.py", "--image", image, "--cross", TARGETS[board][0]]
+    for root in ROOTS:
+        command += ["--root", root]
+    folder = os.path.join(ROOT, "build", board)
+    files = [os.path.join(folder, "firmware"), os.path.join(folder, "hal")]
+    files += [os.path.join(folder, "wave", f) for f in os.listdir(os.path.join(folder, "wave")) if f.endswith(".ci") and f.startswith("main")]
+    out = run(command + files)
+    worst = max(int(line.split()[1]) for line in out.splitlines() if line.split()[0] in ROOTS)
+    rows.append((board, "stack of the deepest call, -Os", worst, "bytes", 256 if board == "microbit" else ""))
+
+
+def count(board, clip, function, opt):
+    """(min, max) of every call: instructions, or cycles on the AVR."""
+    program = "tests/fw_cost.c"
+    run(["make", "-s", "BOARD=" + board, "PROGRAM=" + program, "CLIP=build/budget/%s.wgl" % clip, "OPT=" + opt,
+         "B=build/budget/%s%s" % (board, opt), "image"])
+    image = "build/budget/%s%s/%s/fw_cost.elf" % (board, opt, clip)
+    out = run(["/usr/bin/python3", "tests/tools/run_board.py", board, image, "--roi", function, "--timeout", "300"])
+    found = re.search(r"min (\d+) max (\d+)", out)
+    return int(found[1]), int(found[2])
+
+
+def speed(rows):
+    for clip in ("wave", "cubic"):
+        for opt in ("-O2", "-Os"):
+            most = count("mps2-an386", clip, "wg_track_value", opt)[1]
+            goal = 150 if opt == "-O2" else ""
+            rows.append(("mps2-an386", "one sample of a %s channel with 60 keys, %s" % (clip, opt), most, "instructions", goal))
+    for clip in ("wave", "cubic"):
+        least, most = count("atmega2560", clip, "cost_tick", "-Os")
+        rows.append(("atmega2560", "a tick of 16 %s channels" % clip, most, "cycles", 80000))
+        rows.append(("atmega2560", "its worst over its best, %s" % clip, round(100 * most / least), "percent", 150))
+
+
+def main():
+    rows = []
+    clips()
+    for board in TARGETS:
+        footprint(board, rows)
+        stack(board, rows)
+    speed(rows)
+    if "--write" in sys.argv:
+        with open(BUDGET, "w", newline="") as f:
+            csv.writer(f, lineterminator="\n").writerows([("target", "what", "value", "unit", "goal")] + rows)
+    with open(BUDGET, newline="") as f:
+        committed = {(r["target"], r["what"]): int(r["value"]) for r in csv.DictReader(f)}
+    passed = failed = 0
+    for target, what, value, unit, goal in rows:
+        limit = committed.get((target, what))
+        good = limit is not None and value <= limit
+        passed, failed = passed + good, failed + (not good)
+        note = "" if goal == "" else "  goal %d%s" % (goal, "" if value <= goal else " MISSED")
+        print("%-4s %-11s %-60s %7d %s%s" % ("ok" if good else "FAIL", target, what, value, unit, note))
+        if not good:
+            print("     the committed budget is %s; if the growth is wanted: budget.py --write" % limit)
+    print("%d passed, %d failed" % (passed, failed))
+    return failed != 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
