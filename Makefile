@@ -17,7 +17,7 @@ PURE_I := -Iinclude -Ifirmware/player/mem/$(MEM)
 PLAYER := $(patsubst %.c,$B/%.o,$(wildcard firmware/player/*.c firmware/player/mem/$(MEM)/*.c))
 DEVICE := $(patsubst %.c,$B/%.o,$(wildcard firmware/device/*.c))
 
-.PHONY: all player bake test check demo run clean help setup sizes pure format
+.PHONY: all player device bake test check bench budget demo run clean help setup pure format
 all: player device ## the player and device libraries for BOARD, with nothing but a C99 compiler
 player: $B/libplayer.a ## libplayer.a for BOARD
 device: $B/libdevice.a
@@ -36,7 +36,7 @@ $B/firmware/device/%.o: firmware/device/%.c
 	$(CC) $(CFLAGS) $(PURE_I) -Ifirmware/player -c $< -o $@
 
 # ---- the baker (host only) ----------------------------------------------------------------------
-BAKE_LIBS := -lassimp -lcyaml -lyaml -llapacke -lopenblas -lpng -lm
+BAKE_LIBS := -lassimp -lcyaml -lyaml -llapacke -lopenblas -lm
 BAKE      := $(patsubst %.c,build/bake/%.o,$(wildcard host-bake/*.c))
 BAKE_CF   := -std=c11 -D_DEFAULT_SOURCE $(WARN) -O2 -g -ffp-contract=off -MMD -MP $(PURE_I) -Ihost-bake -Ifirmware/device
 bake: build/wiggly ## the host baker, build/wiggly
@@ -52,10 +52,34 @@ build/wiggly: build/bake/host-bake/main.o build/libbake.a build/host/libplayer.a
 build/tests/test_bake_%: tests/test_bake_%.c build/libbake.a build/host/libplayer.a build/host/libdevice.a
 	@mkdir -p $(@D)
 	gcc $(BAKE_CF) -Itests -Ifirmware/player -Ifirmware/device $< -o $@ $(filter %.a,$^) $(BAKE_LIBS)
-build/tests/test_%: tests/test_%.c build/host/libplayer.a build/host/libdevice.a
+# the pure code and its tests in one go, under the sanitizers unless SAN= says otherwise
+SAN      ?= -fsanitize=address,undefined -fno-sanitize-recover=undefined
+PURE_SRC := $(wildcard firmware/player/*.c firmware/player/mem/near/*.c firmware/device/*.c)
+PURE_CF  := $(STD) $(WARN) -O1 -g $(SAN) $(PURE_I) -Itests -Ifirmware/player -Ifirmware/device
+PURE_H   := $(wildcard firmware/*/*.h include/*.h tests/*.h tests/fuzz/*.h)
+build/tests/test_%: tests/test_%.c $(PURE_SRC) $(PURE_H)
 	@mkdir -p $(@D)
-	gcc $(STD) $(WARN) -O1 -g -MMD -MP $(PURE_I) -Itests -Ifirmware/player -Ifirmware/device $< -o $@ \
-	    build/host/libdevice.a build/host/libplayer.a -lm
+	gcc $(PURE_CF) $(filter %.c,$^) -o $@ -lm
+build/tests/replay: tests/fuzz/replay.c $(PURE_SRC) $(PURE_H)
+	@mkdir -p $(@D)
+	gcc $(PURE_CF) $(filter %.c,$^) -o $@
+build/tests/fuzz_open: tests/fuzz/fuzz_open.c $(PURE_SRC) $(PURE_H)
+	@mkdir -p $(@D)
+	clang $(PURE_CF) -fsanitize=fuzzer $(filter %.c,$^) -o $@
+TESTS := $(patsubst tests/%.c,build/tests/%,$(wildcard tests/test_*.c))
+test: $(TESTS) ## the unit tests
+	@for t in $(TESTS); do $$t || exit 1; done
+check: setup ## installs what is missing, then everything CI runs
+	@tests/check.sh
+bench: build/bench_spline ## splines solved a second; bytes beside other formats
+	OPENBLAS_NUM_THREADS=1 build/bench_spline 100000
+	/usr/bin/python3 tests/bench/bench_bytes.py
+build/bench_spline: tests/bench_spline.c build/libbake.a build/host/libplayer.a
+	gcc $(BAKE_CF) $< -o $@ $(filter %.a,$^) $(BAKE_LIBS)
+budget: bake tools ## bytes, stack, instructions and cycles against tests/budget/player.csv
+	/usr/bin/python3 tests/tools/budget.py
+format: ## clang-format over everything
+	clang-format -i $$(git ls-files '*.c' '*.h')
 
 # ---- boards: an image is a program, the clip, player, device and the board's hal ------------------
 CLIP    ?= build/demo.wgl

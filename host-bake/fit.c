@@ -175,7 +175,9 @@ static int append_cubic(const fit_problem *p, int first, int last, bake_track *t
                   : find_keyed(p, first, last, &k, error)) < 0) {
         return -1;
     }
-    if (k.count > 2 && append_least(p, first, last, k.count - 2, track) == 0) {
+    int pieces = k.count - 1, exact = !captured && pieces == last - first;
+    int most = exact ? pieces * 3 / 4 : pieces - 1; /* exact curves stay so unless much is saved */
+    if (most > 0 && append_least(p, first, last, most, track) == 0) {
         fit_knots_free(&k);
         return 0;
     }

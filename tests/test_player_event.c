@@ -82,6 +82,13 @@ static void model_step(const stage *s, model *m, uint8_t end, int64_t step)
     int64_t to = m->head + step, d = s->duration;
     if (end == WG_END_HOLD) {
         to = to < 0 ? 0 : to > d ? d : to;
+    } else { /* turns beyond WG_WRAPS_MAX are not reported */
+        int64_t length = end == WG_END_PINGPONG ? 2 * d : d;
+        int64_t turns = floor_div(to, length) - floor_div(m->head, length);
+        int64_t beyond = magnitude(turns) - (int64_t)WG_WRAPS_MAX;
+        if (beyond > 0) {
+            to -= (turns < 0 ? -beyond : beyond) * length;
+        }
     }
     for (unsigned i = 0; i < EVENTS; i++) {
         int64_t c = s->passed[i], period = end == WG_END_PINGPONG ? 2 * d : d;

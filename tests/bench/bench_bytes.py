@@ -49,7 +49,7 @@ SCENES = {
 # ---- the motion ---------------------------------------------------------------------------------
 def key_list(rng):
     """(frame, degrees): moves of different size, every fifth a pause."""
-    keys, frame, value, reach = [], 0, 0.0, rng.uniform(28, 38)
+    keys, frame, value, reach = [], 0, 0.0, rng.uniform(35, 44)
     while True:
         keys.append((frame, round(value, 1)))
         step = round(rng.uniform(0.6, 1.4) * 30)

@@ -27,10 +27,10 @@ ROOTS = ["wg_open", "wg_player_update", "wg_player_event", "wg_player_sample", "
          "wg_maestro_frame"]
 
 
-def run(command, **options):
-    done = subprocess.run(command, cwd=ROOT, text=True, capture_output=True, **options)
+def run(command):
+    done = subprocess.run(command, cwd=ROOT, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     if done.returncode != 0:
-        sys.exit("budget: %s\n%s%s" % (" ".join(command), done.stdout, done.stderr))
+        sys.exit("budget: %s\n%s" % (" ".join(command), done.stdout))
     return done.stdout
 
 
