@@ -55,8 +55,8 @@ static int scale_channels(build *b, bake_error *error)
         }
         b->frac[c] = frac > 30 ? 30 : frac;
         if (!isfinite(largest) || b->frac[c] <= -30) {
-            return bake_fail(error, "%s: channel %s reaches %g: values must stay below 1e17", s->path,
-                             s->channels[c].name, largest);
+            return bake_fail(error, "%s: channel %s reaches %g: values must stay below 1e17",
+                             s->path, s->channels[c].name, largest);
         }
         b->tolerance[c] = s->channels[c].tolerance > 0
                               ? s->channels[c].tolerance
@@ -70,8 +70,8 @@ static int fit_clip(build *b, int i, bake_error *error)
     const scene *s = b->scene;
     for (int j = 0; j < s->clips[i].curve_count; j++) {
         const scene_curve *c = &s->clips[i].curves[j];
-        const fit_problem p = {&b->clip[i].curve[j], &c->mode,          c->kind,
-                               b->clip[i].rate,      b->clip[i].ticks, b->frac[c->channel],
+        const fit_problem p = {&b->clip[i].curve[j],    &c->mode,         c->kind,
+                               b->clip[i].rate,         b->clip[i].ticks, b->frac[c->channel],
                                b->tolerance[c->channel]};
         if (fit_track(&p, &b->track[i][j], error) < 0) {
             bake_error inner = *error;

@@ -42,9 +42,13 @@ int clip_read(const char *path, clip_disk *out, bake_error *error)
         got = fread((char *)out->words + out->size, 1, room - out->size, f);
         out->size += got;
     } while (got > 0 && out->size == room && room < CLIP_MOST);
-    int bad = ferror(f);
+    int bad = ferror(f) ? errno : 0; /* a directory, a broken disk */
     fclose(f);
-    int code = bad ? WG_ERR_SHORT : wg_open(&out->file, out->words, (uint32_t)out->size);
+    if (bad) {
+        clip_release(out);
+        return bake_fail(error, "%s: cannot be read: %s", path, strerror(bad));
+    }
+    int code = wg_open(&out->file, out->words, (uint32_t)out->size);
     if (code < 0) {
         clip_release(out);
         return bake_fail(error, "%s: %s (error %d)", path, clip_complaint(code), code);

@@ -9,14 +9,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* OUT without its .wgl ending, to which .h and .c are added. */
+/* OUT must end so: it cannot be the scene file by mistake, and .h and .c beside it have a name. */
+static const char ENDING[] = ".wgl";
+
+static int is_clip_name(const char *path)
+{
+    size_t n = strlen(path), ending = sizeof ENDING - 1;
+    return n > ending && strcmp(path + n - ending, ENDING) == 0 && path[n - ending - 1] != '/';
+}
+
 static char *stem_of(const char *path)
 {
     char *stem = bake_copy(path);
-    size_t n = strlen(stem);
-    if (n > 4 && strcmp(stem + n - 4, ".wgl") == 0) {
-        stem[n - 4] = 0;
-    }
+    stem[strlen(stem) - (sizeof ENDING - 1)] = 0;
     return stem;
 }
 
@@ -29,7 +34,8 @@ static int write_beside(const char *stem, const char *ending, const bytes *text,
     return err;
 }
 
-/* OUT.wgl, OUT.h and OUT.c. */
+/* OUT.h, OUT.c and, when those are there, OUT.wgl: a clip on disk is never newer than its header.
+ */
 static int write_clip(const build *b, const char *path, bake_error *error)
 {
     bytes header = {0}, source = {0};
@@ -37,12 +43,12 @@ static int write_clip(const build *b, const char *path, bake_error *error)
     const char *name = strrchr(stem, '/') ? strrchr(stem, '/') + 1 : stem;
     build_header_text(b, name, &header);
     build_source_text(b, name, &source);
-    int err = file_replace(path, b->file.at, b->file.count, error);
-    if (err == 0) {
-        err = write_beside(stem, ".h", &header, error);
-    }
+    int err = write_beside(stem, ".h", &header, error);
     if (err == 0) {
         err = write_beside(stem, ".c", &source, error);
+    }
+    if (err == 0) {
+        err = file_replace(path, b->file.at, b->file.count, error);
     }
     bytes_free(&header);
     bytes_free(&source);
@@ -59,7 +65,8 @@ static int write_json(const build *b, const certificate *c, const char *path, ba
     return err;
 }
 
-/* ---- authored against played, one panel a channel ------------------------------------------------- */
+/* ---- authored against played, one panel a channel
+ * ------------------------------------------------- */
 
 #define POINTS 1500
 
@@ -90,12 +97,13 @@ static void fill_panel(const build *b, const wg_file *file, const certificate_ch
         }
     }
     static const char *const unit[] = {"", "deg", "us", "mm"};
-    *panel = (plot_panel){b->scene->channels[h->channel].name,
-                          unit[b->scene->channels[h->channel].unit],
-                          keys ? 3 : 2,
-                          {{"authored", "lines lw 4 lc rgb '#c8d8f0'", POINTS, d->t, d->authored},
-                           {"played", "lines lw 1 lc rgb '#a02020'", POINTS, d->t, d->played},
-                           {"keys", "points pt 7 ps 0.8 lc rgb '#203060'", keys, d->key_t, d->key_v}}};
+    *panel =
+        (plot_panel){b->scene->channels[h->channel].name,
+                     unit[b->scene->channels[h->channel].unit],
+                     keys ? 3 : 2,
+                     {{"authored", "lines lw 4 lc rgb '#c8d8f0'", POINTS, d->t, d->authored},
+                      {"played", "lines lw 1 lc rgb '#a02020'", POINTS, d->t, d->played},
+                      {"keys", "points pt 7 ps 0.8 lc rgb '#203060'", keys, d->key_t, d->key_v}}};
 }
 
 /* One picture of the clip `index`. */
@@ -168,7 +176,8 @@ static int bake_scene(const char *path, const char *out, const option *options, 
             code = EXIT_FAILED;
         }
         if (code == EXIT_TOLERANCE) {
-            bake_fail(error, "%s: a channel misses its tolerance (see FAILED above); nothing was written",
+            bake_fail(error,
+                      "%s: a channel misses its tolerance (see FAILED above); nothing was written",
                       path);
         }
         build_free(&b);
@@ -179,14 +188,20 @@ static int bake_scene(const char *path, const char *out, const option *options, 
 
 int command_bake(int argc, char **argv, bake_error *error)
 {
-    option options[] = {{"-o", 1, NULL},      {"--json", 1, NULL}, {"--png", 1, NULL},
-                        {"--clip", 1, NULL},  {"--quiet", 0, NULL}, {NULL, 0, NULL}};
+    option options[] = {{"-o", 1, NULL},     {"--json", 1, NULL},  {"--png", 1, NULL},
+                        {"--clip", 1, NULL}, {"--quiet", 0, NULL}, {NULL, 0, NULL}};
     const char *words[1];
     int count = options_parse(argc, argv, options, words, 1, error);
     if (count >= 0 && (count != 1 || option_value(options, "-o") == NULL)) {
         count = bake_fail(error, "usage: wiggly bake SCENE.yaml -o OUT.wgl");
     }
-    return count < 0 ? EXIT_USAGE : bake_scene(words[0], option_value(options, "-o"), options, error);
+    if (count >= 0 && !is_clip_name(option_value(options, "-o"))) {
+        count =
+            bake_fail(error, "-o %s: a clip's name ends in .wgl; .h and .c are written beside it",
+                      option_value(options, "-o"));
+    }
+    return count < 0 ? EXIT_USAGE
+                     : bake_scene(words[0], option_value(options, "-o"), options, error);
 }
 
 /* A clip from disk against the scene it should have been baked from. */
@@ -215,8 +230,11 @@ static int check_clip(const char *path, const char *clip, const option *options,
 
 int command_check(int argc, char **argv, bake_error *error)
 {
-    option options[] = {{"--json", 1, NULL},  {"--png", 1, NULL},   {"--clip", 1, NULL},
-                        {"--quiet", 0, NULL}, {NULL, 0, NULL}};
+    option options[] = {{"--json", 1, NULL},
+                        {"--png", 1, NULL},
+                        {"--clip", 1, NULL},
+                        {"--quiet", 0, NULL},
+                        {NULL, 0, NULL}};
     const char *words[2];
     int count = options_parse(argc, argv, options, words, 2, error);
     if (count == 0) {

@@ -58,14 +58,12 @@ static int stage_set(stage *g, const wg_file *file, const option *options, bake_
     double longest = 0;
     for (int i = 0; i < g->player.layer_count; i++) {
         if (g->layers[i].clip != WG_NONE) {
-            longest = fmax(longest, get32(clip_record(file, g->layers[i].clip) + WG_CLIP_US) * 1e-6);
+            longest =
+                fmax(longest, get32(clip_record(file, g->layers[i].clip) + WG_CLIP_US) * 1e-6);
         }
     }
     double rate = option_number(options, "--rate", 50, error);
     double seconds = option_number(options, "--seconds", longest > 0 ? longest : 1, error);
-    if (rate < 0 || seconds < 0 || rate > 8000 || rate < 1) {
-        return rate > 0 && seconds > 0 ? bake_fail(error, "--rate takes 1 to 8000 frames a second") : -1;
-    }
     g->frame_us = (uint32_t)lround(1e6 / rate);
     g->frames = (long)floor(seconds * 1e6 / g->frame_us + 0.5) + 1;
     return 0;
@@ -87,7 +85,8 @@ static int stage_step(stage *g, long index)
     return events;
 }
 
-/* ---- numbers ---------------------------------------------------------------------------------------- */
+/* ---- numbers
+ * ---------------------------------------------------------------------------------------- */
 
 static void csv_header(const stage *g, FILE *to)
 {
@@ -107,11 +106,12 @@ static void csv_row(const stage *g, long index, FILE *to)
 {
     fprintf(to, "%.6f", (double)index * g->frame_us * 1e-6);
     for (int i = 0; i < g->file->section[WG_SECTION_CHANNELS].count; i++) {
-        fprintf(to, ",%.7g", channel_unit(g->file, i, g->values[i]));
+        fprintf(to, ",%.9g", channel_unit(g->file, i, g->values[i]));
     }
     for (int i = 0; i < g->file->section[WG_SECTION_SERVOS].count; i++) {
         const uint8_t *r = record(g->file, WG_SECTION_SERVOS, i, WG_SERVO_BYTES);
-        fprintf(to, ",%g", servo_scale(get8(r + WG_SERVO_PROTOCOL)) * wg_servo_position(&g->servos[i]));
+        fprintf(to, ",%g",
+                servo_scale(get8(r + WG_SERVO_PROTOCOL)) * wg_servo_position(&g->servos[i]));
     }
     fputc('\n', to);
 }
@@ -127,11 +127,13 @@ static int play_csv(stage *g, const char *path, bake_error *error)
         stage_step(g, i);
         csv_row(g, i, to);
     }
-    int bad = ferror(to) || (to != stdout && fclose(to) != 0);
+    int bad = fflush(to) != 0 || ferror(to);
+    bad |= to != stdout && fclose(to) != 0;
     return bad ? bake_fail(error, "%s: cannot be written whole: is the disk full?", path) : 0;
 }
 
-/* ---- a picture -------------------------------------------------------------------------------------- */
+/* ---- a picture
+ * -------------------------------------------------------------------------------------- */
 
 static int play_png(stage *g, const char *path, bake_error *error)
 {
@@ -147,8 +149,11 @@ static int play_png(stage *g, const char *path, bake_error *error)
         }
     }
     for (int c = 0; c < n; c++) {
-        panels[c] = (plot_panel){clip_name(g->file, NAME_CHANNEL, c), "", 1,
-                                 {{"played", "lines lw 2", (int)g->frames, t, v + (size_t)c * frames}}};
+        panels[c] =
+            (plot_panel){clip_name(g->file, NAME_CHANNEL, c),
+                         "",
+                         1,
+                         {{"played", "lines lw 2", (int)g->frames, t, v + (size_t)c * frames}}};
     }
     int err = plot_png(path, "played: all layers and filters", panels, n, error);
     free(t);
@@ -157,11 +162,13 @@ static int play_png(stage *g, const char *path, bake_error *error)
     return err;
 }
 
-/* ---- live ------------------------------------------------------------------------------------------- */
+/* ---- live
+ * ------------------------------------------------------------------------------------------- */
 
 static int send_frame(stage *g, int line, uint8_t *frame, size_t size, bake_error *error)
 {
-    int counts[2] = {wg_maestro_frame(g->file, g->servos, WG_MAESTRO_COMPACT, frame, (uint16_t)size), 0};
+    int counts[2] = {
+        wg_maestro_frame(g->file, g->servos, WG_MAESTRO_COMPACT, frame, (uint16_t)size), 0};
     if (counts[0] > 0 && serial_write(line, frame, (size_t)counts[0], error) < 0) {
         return -1;
     }
@@ -192,10 +199,26 @@ static int play_serial(stage *g, const char *path, double baud, bake_error *erro
     return err;
 }
 
+/* What a mistyped number would do is long: a day of frames, or a picture of them. */
+static int check_numbers(const option *options, bake_error *error)
+{
+    double rate = option_number(options, "--rate", 50, error);
+    double seconds = option_number(options, "--seconds", 1, error);
+    if (rate < 0 || seconds < 0 || option_number(options, "--baud", 115200, error) < 0) {
+        return -1;
+    }
+    if (rate < 1 || rate > 8000) {
+        return bake_fail(error, "--rate takes 1 to 8000 frames a second, not %g", rate);
+    }
+    return seconds > 86400
+               ? bake_fail(error, "--seconds takes up to 86400 (a day), not %g", seconds)
+               : 0;
+}
+
 int command_play(int argc, char **argv, bake_error *error)
 {
-    option options[] = {{"--csv", 1, NULL},  {"--png", 1, NULL},  {"--serial", 1, NULL},
-                        {"--baud", 1, NULL}, {"--clip", 1, NULL}, {"--rate", 1, NULL},
+    option options[] = {{"--csv", 1, NULL},     {"--png", 1, NULL},  {"--serial", 1, NULL},
+                        {"--baud", 1, NULL},    {"--clip", 1, NULL}, {"--rate", 1, NULL},
                         {"--seconds", 1, NULL}, {NULL, 0, NULL}};
     const char *words[1];
     int count = options_parse(argc, argv, options, words, 1, error);
@@ -205,8 +228,7 @@ int command_play(int argc, char **argv, bake_error *error)
         count = bake_fail(error, "usage: wiggly play CLIP.wgl with one of --csv FILE, --png FILE, "
                                  "--serial DEVICE");
     }
-    double baud = count < 0 ? -1 : option_number(options, "--baud", 115200, error);
-    if (baud < 0) {
+    if (count < 0 || check_numbers(options, error) < 0) {
         return EXIT_USAGE;
     }
     clip_disk disk;
@@ -217,8 +239,9 @@ int command_play(int argc, char **argv, bake_error *error)
     int err = stage_set(g, &disk.file, options, error);
     if (err == 0) {
         err = csv ? play_csv(g, csv, error)
-              : png ? play_png(g, png, error)
-                    : play_serial(g, serial, baud, error);
+              : png
+                  ? play_png(g, png, error)
+                  : play_serial(g, serial, option_number(options, "--baud", 115200, error), error);
     }
     free(g);
     clip_release(&disk);

@@ -1,7 +1,7 @@
 /* From an exact curve to the runs of a track.
- * Source: own. A wave costs 10 bytes a segment and is exact; a cubic piece costs 6 and approximates. The
- * cheapest mixture is kept, and what is kept is played and measured before it counts.
- * SPDX-License-Identifier: AGPL-3.0-or-later */
+ * Source: own. A wave costs 10 bytes a segment and is exact; a cubic piece costs 6 and
+ * approximates. The cheapest mixture is kept, and what is kept is played and measured before it
+ * counts. SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "fit.h"
 
 #include <math.h>
@@ -80,8 +80,8 @@ static void append_plain(const fit_problem *p, int kind, bake_track *track)
     free(tick);
 }
 
-/* Pieces over curve segments first .. last - 1 with their ends as knots: keyed curves keep their keys,
- * because their third derivative jumps there. */
+/* Pieces over curve segments first .. last - 1 with their ends as knots: keyed curves keep their
+ * keys, because their third derivative jumps there. */
 static int find_keyed(const fit_problem *p, int first, int last, fit_knots *all, bake_error *error)
 {
     memset(all, 0, sizeof *all);
@@ -99,8 +99,9 @@ static int find_keyed(const fit_problem *p, int first, int last, fit_knots *all,
     return 0;
 }
 
-/* The curve holds its end values outside: where it begins or ends the clip, a piece that does so costs
- * less than a run, if the curve has come to rest: a slope m dies over h ticks with a bump of 4/27 m h. */
+/* The curve holds its end values outside: where it begins or ends the clip, a piece that does so
+ * costs less than a run, if the curve has come to rest: a slope m dies over h ticks with a bump of
+ * 4/27 m h. */
 static void add_rests(const fit_problem *p, int first, int last, fit_knots *k)
 {
     fit_knots all = {0};
@@ -119,8 +120,9 @@ static void add_rests(const fit_problem *p, int first, int last, fit_knots *k)
     *k = all;
 }
 
-/* Knots first .. last as one run, or as several where one set of scales cannot carry them within the
- * tolerance (a steep stretch beside a long flat one). Returns 0, or the error of a piece that fails. */
+/* Knots first .. last as one run, or as several where one set of scales cannot carry them within
+ * the tolerance (a steep stretch beside a long flat one). Returns 0, or the error of a piece that
+ * fails. */
 static double append_knots(const fit_problem *p, const fit_knots *k, int first, int last,
                            bake_track *track)
 {
@@ -140,8 +142,8 @@ static double append_knots(const fit_problem *p, const fit_knots *k, int first, 
     return e > 0 ? e : append_knots(p, k, middle, last, track);
 }
 
-/* The fewest pieces, or nothing. What rounding knots to 16 bits adds is not known before it is done:
- * the shape gets all of the tolerance, then less. */
+/* The fewest pieces, or nothing. What rounding knots to 16 bits adds is not known before it is
+ * done: the shape gets all of the tolerance, then less. */
 static int append_least(const fit_problem *p, int first, int last, int most, bake_track *track)
 {
     static const double SHARE[] = {0.995, 0.97, 0.85};
@@ -322,8 +324,8 @@ double fit_track_error(const fit_problem *p, const bake_track *track)
     return worst;
 }
 
-/* Stages look at fewer places than the certificate does: what slips through is fitted again, aiming a
- * little lower. */
+/* Stages look at fewer places than the certificate does: what slips through is fitted again, aiming
+ * a little lower. */
 #define ROUNDS 4
 
 int fit_track(const fit_problem *p, bake_track *track, bake_error *error)

@@ -11,22 +11,24 @@
 typedef struct {
     const bake_curve *curve;
     const bake_mode *mode; /* WIGGLY: the oscillator of the curve, else not looked at */
-    scene_curve_kind kind; /* HELD and LINEAR have kinds of their own; CAPTURED has no knots to keep */
-    int rate;              /* ticks a second */
-    int ticks;             /* of the clip */
-    int frac;              /* raw = value 2^frac */
-    double tolerance;      /* in the channel's unit */
+    scene_curve_kind
+        kind;         /* HELD and LINEAR have kinds of their own; CAPTURED has no knots to keep */
+    int rate;         /* ticks a second */
+    int ticks;        /* of the clip */
+    int frac;         /* raw = value 2^frac */
+    double tolerance; /* in the channel's unit */
 } fit_problem;
 
-/* Runs that tile [0, ticks] with |played - curve| <= tolerance at every quarter tick (of long clips: at
- * 200,000 places, the ones `certify` looks at). Error: the curve is too fast for the tick rate or the
- * tolerance too small. */
+/* Runs that tile [0, ticks] with |played - curve| <= tolerance at every quarter tick (of long
+ * clips: at 200,000 places, the ones `certify` looks at). Error: the curve is too fast for the tick
+ * rate or the tolerance too small. */
 int fit_track(const fit_problem *p, bake_track *track, bake_error *error);
 
 /* Largest |played - curve| at those places. */
 double fit_track_error(const fit_problem *p, const bake_track *track);
 
-/* ---- between the files of this stage --------------------------------------------------------------- */
+/* ---- between the files of this stage
+ * --------------------------------------------------------------- */
 
 /* Tick at which curve segment i begins; i = curve->count: where the last one ends. */
 int fit_tick(const fit_problem *p, int i);
@@ -50,8 +52,8 @@ typedef struct {
 void fit_knots_free(fit_knots *k);
 void fit_knots_add(fit_knots *k, int tick, double value, double slope);
 
-/* Pieces over [first, last] that take the curve's value and slope at their ends, each as long as the
- * tolerance allows. */
+/* Pieces over [first, last] that take the curve's value and slope at their ends, each as long as
+ * the tolerance allows. */
 int fit_knots_find(const fit_problem *p, int first, int last, fit_knots *k, bake_error *error);
 
 /* Fewer pieces: places, values and slopes chosen together; ends keep their value. -1 when none was

@@ -1,9 +1,9 @@
-/* Few cubic Hermite pieces for a curve that has no knots to keep: places, values and slopes are free.
- * Source: own. Knots are laid so that a free cubic on each piece misses by the same share of the
- * tolerance; all values and slopes follow by least squares, reweighted towards the smallest largest
- * error [Lawson 1961]; the largest share that still ends within the tolerance is found by bisection.
- * That share is bound by the worst place of the curve: elsewhere single knots are then taken out.
- * SPDX-License-Identifier: AGPL-3.0-or-later */
+/* Few cubic Hermite pieces for a curve that has no knots to keep: places, values and slopes are
+ * free. Source: own. Knots are laid so that a free cubic on each piece misses by the same share of
+ * the tolerance; all values and slopes follow by least squares, reweighted towards the smallest
+ * largest error [Lawson 1961]; the largest share that still ends within the tolerance is found by
+ * bisection. That share is bound by the worst place of the curve: elsewhere single knots are then
+ * taken out. SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "fit.h"
 
 #include <lapacke.h>
@@ -34,7 +34,8 @@ static double at(const looks *l, int quarter)
     return l->truth[quarter - PER_TICK * l->first];
 }
 
-/* Look i at a piece from tick a, h ticks long, in quarter ticks; -1 beyond the last, which is its end. */
+/* Look i at a piece from tick a, h ticks long, in quarter ticks; -1 beyond the last, which is its
+ * end. */
 static int look_at(int a, int h, int i)
 {
     int n = PER_TICK * h < LOOKS_MOST ? PER_TICK * h : LOOKS_MOST;

@@ -145,8 +145,8 @@ double fit_run_error(const fit_problem *p, const track_run *run)
     return worst;
 }
 
-/* Smallest shift for values within `reach` of the base; slopes over a whole piece stay below 2^19 units, so
- * that the player's sums of them stay below 2^31 (SPEC 6.3: Q10). */
+/* Smallest shift for values within `reach` of the base; slopes over a whole piece stay below 2^19
+ * units, so that the player's sums of them stay below 2^31 (SPEC 6.3: Q10). */
 static int value_shift(const fit_problem *p, const fit_knots *k, double reach)
 {
     double swing = 0;

@@ -1,8 +1,8 @@
 /* Exact pieces of a wiggly spline as integer waves.
  * Source: SPEC 4.4, 6.3; Schulz 2013, 2.5.1 for the families. The rates are rounded first and the
- * coefficients fitted to what is stored, so that the rounding of a rate does not reach the keys. The
- * kind follows from the mode alone: the solver's HYP and SERIES segments are in the same space and join
- * the runs of their neighbours where 16 bits carry their coefficients.
+ * coefficients fitted to what is stored, so that the rounding of a rate does not reach the keys.
+ * The kind follows from the mode alone: the solver's HYP and SERIES segments are in the same space
+ * and join the runs of their neighbours where 16 bits carry their coefficients.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "fit.h"
 
@@ -11,8 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Below this rate * H a hyperbolic pair is replaced by (1, x): after the coefficients are fitted the two
- * differ by at most (rate H)^2/8 = 2^-15 of the amplitude, and sinh would lose its bits in u - v. */
+/* Below this rate * H a hyperbolic pair is replaced by (1, x): after the coefficients are fitted
+ * the two differ by at most (rate H)^2/8 = 2^-15 of the amplitude, and sinh would lose its bits in
+ * u - v. */
 #define FLAT (1.0 / 64)
 
 /* Rates a tick that the format's 32 bits hold: below half a turn, below 2^8 bits. */
@@ -39,7 +40,8 @@ static void add_param(track_run *run, double rate, double rate_scale, double per
     run->param[run->param_count++] = stored(per_second, 65536.0);
 }
 
-/* Largest shift that keeps (1 - 2^-(kappa h)) 2^shift below 2, so that u - v shifted fits in 32 bits. */
+/* Largest shift that keeps (1 - 2^-(kappa h)) 2^shift below 2, so that u - v shifted fits in 32
+ * bits. */
 static int sinh_shift(double kappa, int longest)
 {
     double reach = 1 - exp2(-kappa * longest);
@@ -171,7 +173,8 @@ static int sample_count(const pairs *w, int h)
 }
 
 /* Least squares for the coefficients from `fixed` on, the earlier ones being rounded already.
- * B: sample_count x 4 basis values, y: what is left to explain. Returns 0 when B has no full rank. */
+ * B: sample_count x 4 basis values, y: what is left to explain. Returns 0 when B has no full rank.
+ */
 static int solve(const double *B, const double *y, int n, int fixed, double c[4])
 {
     static double A[SAMPLES_MAX * 4], r[SAMPLES_MAX];
@@ -198,8 +201,8 @@ static int solve(const double *B, const double *y, int n, int fixed, double c[4]
     return 1;
 }
 
-/* Coefficients of curve segment k in raw units: real ones, or (unit > 0) rounded to multiples of it one
- * after the other, each rounding being compensated by those still free. */
+/* Coefficients of curve segment k in raw units: real ones, or (unit > 0) rounded to multiples of it
+ * one after the other, each rounding being compensated by those still free. */
 static int coefficients(const fit_problem *p, const fit_wave *wave, int k, double unit, double c[4])
 {
     static double B[SAMPLES_MAX * 4], y[SAMPLES_MAX];
@@ -227,7 +230,8 @@ static int coefficients(const fit_problem *p, const fit_wave *wave, int k, doubl
     return isfinite(c[0]) && isfinite(c[1]) && isfinite(c[2]) && isfinite(c[3]);
 }
 
-/* Smallest shift that lets the coefficients of a segment fit in 16 bits, with room for compensation. */
+/* Smallest shift that lets the coefficients of a segment fit in 16 bits, with room for
+ * compensation. */
 static int least_shift(const double c[4])
 {
     double largest = fmax(fmax(fabs(c[0]), fabs(c[1])), fmax(fabs(c[2]), fabs(c[3])));

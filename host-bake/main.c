@@ -47,8 +47,15 @@ int main(int argc, char **argv)
             if (error.text[0]) {
                 fprintf(stderr, "wiggly %s: %s\n", argv[1], error.text);
             }
+            if (fflush(stdout) != 0 || ferror(stdout)) {
+                fprintf(stderr, "wiggly %s: stdout cannot be written: is the disk full?\n", argv[1]);
+                return EXIT_FAILED;
+            }
             return code;
         }
+    }
+    if (argc > 1) {
+        fprintf(stderr, "wiggly: there is no command '%s'\n\n", argv[1]);
     }
     fputs(HELP, stderr);
     return EXIT_USAGE;

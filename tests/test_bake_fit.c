@@ -233,7 +233,8 @@ static void animators_modes_become_waves(void)
     CHECK(size <= 24 * segments); /* a run of 10 + 36/4.5 bytes would be 18 */
 }
 
-/* ---- plain keys --------------------------------------------------------------------------------- */
+/* ---- plain keys ---------------------------------------------------------------------------------
+ */
 
 static int make_plain(scene_curve_kind kind, const bake_key *keys, int count, bake_curve *curve)
 {
@@ -244,7 +245,8 @@ static int make_plain(scene_curve_kind kind, const bake_key *keys, int count, ba
                                    : bake_spline_solve(&clamped, keys, count, curve, NULL, &error);
 }
 
-/* Fits, plays every quarter tick of the whole clip; returns the bytes of runs and data, -1 if refused. */
+/* Fits, plays every quarter tick of the whole clip; returns the bytes of runs and data, -1 if
+ * refused. */
 static int fit_and_play(const fit_problem *p, double *worst)
 {
     bake_track track;
@@ -264,8 +266,8 @@ static int fit_and_play(const fit_problem *p, double *worst)
     return size;
 }
 
-/* 20-byte run, and a segment: held, linear 4, cubic and B-spline 6 bytes; a knot more at the end. Keys that
- * begin late and end early cost two segments more, not two runs. */
+/* 20-byte run, and a segment: held, linear 4, cubic and B-spline 6 bytes; a knot more at the end.
+ * Keys that begin late and end early cost two segments more, not two runs. */
 static void plain_keys_are_exact_and_cost_one_segment_each(void)
 {
     static const scene_curve_kind kinds[] = {CURVE_HELD, CURVE_LINEAR, CURVE_CUBIC, CURVE_BSPLINE};
@@ -317,7 +319,8 @@ static void shortest_segments_and_longest_clips_fit(void)
     }
 }
 
-/* ---- captures ----------------------------------------------------------------------------------- */
+/* ---- captures -----------------------------------------------------------------------------------
+ */
 
 /* Ten seconds of slow swings with flicks and sensor noise, 100 samples a second. */
 static bake_curve captured_curve(void)
@@ -365,7 +368,8 @@ static void captures_need_fewer_pieces_than_interpolation(void)
     bake_curve_free(&curve);
 }
 
-/* ---- numbers far from 1 --------------------------------------------------------------------------- */
+/* ---- numbers far from 1
+ * --------------------------------------------------------------------------- */
 
 static bake_curve scaled_curve(double range, double offset, const bake_mode *mode)
 {
@@ -400,8 +404,8 @@ static void every_magnitude_fits(void)
     }
 }
 
-/* A hundred thousand times farther away than it moves: 27 bits leave 10 for the motion. 2^-7 is met, 2^-13
- * is refused in words. */
+/* A hundred thousand times farther away than it moves: 27 bits leave 10 for the motion. 2^-7 is
+ * met, 2^-13 is refused in words. */
 static void what_the_format_cannot_hold_is_refused(void)
 {
     static const bake_mode still = {0, 0, 0};
@@ -436,10 +440,12 @@ static void constant_curves_fit(void)
     }
 }
 
-/* ---- velocity ----------------------------------------------------------------------------------- */
+/* ---- velocity -----------------------------------------------------------------------------------
+ */
 
-/* Error of the player's velocity, over the largest that a value error of one tolerance allows: by Markov's
- * inequality a cubic that stays within T on h seconds has slopes below 18 T/h; a wave adds its rate. */
+/* Error of the player's velocity, over the largest that a value error of one tolerance allows: by
+ * Markov's inequality a cubic that stays within T on h seconds has slopes below 18 T/h; a wave adds
+ * its rate. */
 static double velocity_ratio(const fit_problem *p, const bake_track *track, double fast)
 {
     replay r;
