@@ -93,8 +93,10 @@ HAL_I   := -Ihal -Ihal/bare -Iboards/$(BOARD)
 IMAGE_I := $(PURE_I) -I$(CLIP_B) -Ifirmware/device -Ihal
 .PHONY: image tools stack test-boards
 image: $(IMAGE) ## firmware for BOARD with CLIP=x.wgl linked in; FRAMES=0 never stops
-run: image tools ## runs the image on its emulator; the bus goes to $(CLIP_B)/bus.bin
-	/usr/bin/python3 tests/tools/run_board.py $(BOARD) $(IMAGE) --bus $(CLIP_B)/bus.bin $(RUN)
+run: image tools ## runs the firmware for BOARD with CLIP=x.wgl on its emulator
+	@/usr/bin/python3 tests/tools/run_board.py $(BOARD) $(IMAGE) --bus $(CLIP_B)/bus.bin $(RUN)
+	@echo "servo bus: $$(wc -c < $(CLIP_B)/bus.bin) bytes in $(CLIP_B)/bus.bin, beginning with"
+	@od -An -tx1 -N 96 -w32 $(CLIP_B)/bus.bin
 tools: build/tools/avr_run build/tools/libqemu_roi.so
 build/tools/avr_run: tests/tools/avr_run.c
 	@mkdir -p $(@D)

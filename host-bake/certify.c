@@ -160,7 +160,7 @@ static void replay_servo(const build *b, const wg_file *file, certificate_servo 
 /* 32-bit multiplications and divisions of one evaluation, counted in firmware/player/curve.c. */
 static void count_operations(const wg_file *file, int clip, certificate *c)
 {
-    static const int MULTIPLY[WG_KIND_COUNT] = {4, 4, 6, 23, 16, 15, 22, 13};
+    static const int MULTIPLY[WG_KIND_COUNT] = {4, 4, 6, 22, 15, 15, 20, 13};
     static const int DIVIDE[WG_KIND_COUNT] = {1, 1, 1, 0, 1, 1, 0, 1};
     const uint8_t *head = clip_record(file, clip);
     int rounds = 0, multiply = 0, divide = 0;
@@ -188,7 +188,7 @@ static void count_operations(const wg_file *file, int clip, certificate *c)
     }
 }
 
-/* wg_file, wg_player, wg_layer, wg_servo on a 32-bit processor: tests/fw_cost.c asserts the sizes. */
+/* wg_file, wg_player, wg_layer, wg_servo on a 32-bit processor: tests/fw_size.c asserts the sizes. */
 static size_t ram(const scene *s)
 {
     size_t layers = s->layer_count > 0 ? (size_t)s->layer_count : 1;

@@ -1,7 +1,8 @@
 /* From an exact curve to the runs of a track.
  * Source: own. A wave costs 10 bytes a segment and is exact; a cubic piece costs 6 and
  * approximates. The cheapest mixture is kept, and what is kept is played and measured before it
- * counts. SPDX-License-Identifier: AGPL-3.0-or-later */
+ * counts.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "fit.h"
 
 #include <math.h>

@@ -3,7 +3,8 @@
  * the tolerance; all values and slopes follow by least squares, reweighted towards the smallest
  * largest error [Lawson 1961]; the largest share that still ends within the tolerance is found by
  * bisection. That share is bound by the worst place of the curve: elsewhere single knots are then
- * taken out. SPDX-License-Identifier: AGPL-3.0-or-later */
+ * taken out.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "fit.h"
 
 #include <lapacke.h>

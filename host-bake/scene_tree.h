@@ -1,6 +1,7 @@
 /* The scene file as a tree with line numbers. libcyaml checks and loads the schema but keeps no
  * lines, and it has no type for "a word or a mapping" and for mappings with free keys; both come
- * from here. SPDX-License-Identifier: AGPL-3.0-or-later */
+ * from here.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BAKE_SCENE_TREE_H
 #define BAKE_SCENE_TREE_H
 

@@ -3,7 +3,7 @@
 """How many bytes a minute of a 16-servo puppet takes, here and in two other formats.
 
 Three seeded scenes of 60 s, 16 servos, about one key a second and servo, key times on frames of
-1/30 s, travel 600 to 1000 us a servo:
+1/30 s, travel 640 to 1100 us a servo:
     cubic    all channels are keyed cubics
     mixed    8 cubic, 2 B-spline, 1 linear, 1 held, 4 wiggly (ears and antennae: 2..3 Hz, damping 0.1)
     wiggly   all 16 channels are such ears
