@@ -127,6 +127,13 @@ stack: image ## worst-case stack of the firmware, for BOARD (GCC 10 or later: no
 test-boards: ## every board, emulated, against the host: CLIP=x.wgl
 	/usr/bin/python3 tests/test_boards.py $(CLIP)
 
+# ---- the demonstration --------------------------------------------------------------------------
+setup: ## installs what is missing on Debian 12: as root, or through sudo
+	@tests/tools/setup.sh
+demo: setup ## bakes the examples, plays them here and on an emulated Cortex-M4, measures the pulses
+	@$(MAKE) --no-print-directory -s bake
+	@/usr/bin/python3 tests/tools/demo.py
+
 clean: ## removes build/
 	rm -rf build
 help: ## this list

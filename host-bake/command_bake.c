@@ -1,11 +1,9 @@
 /* wiggly bake, wiggly check: from a scene to a certified clip.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "certify.h"
+#include "check_curves.h"
 #include "command.h"
-#include "fit.h"
-#include "plot.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -65,69 +63,6 @@ static int write_json(const build *b, const certificate *c, const char *path, ba
     return err;
 }
 
-/* ---- authored against played, one panel a channel
- * ------------------------------------------------- */
-
-#define POINTS 1500
-
-typedef struct {
-    double t[POINTS], authored[POINTS], played[POINTS], key_t[64], key_v[64];
-} panel_data;
-
-static void fill_panel(const build *b, const wg_file *file, const certificate_channel *h,
-                       panel_data *d, plot_panel *panel)
-{
-    const author_clip *a = &b->clip[h->clip];
-    const scene_curve *c = &b->scene->clips[h->clip].curves[h->curve];
-    const fit_problem p = {.curve = &a->curve[h->curve], .rate = a->rate};
-    int keys = 0;
-    for (int i = 0; i < POINTS; i++) {
-        double tick = (double)a->ticks * i / POINTS, slope;
-        int32_t *values = bake_alloc((size_t)b->scene->channel_count, sizeof *values);
-        d->t[i] = tick / a->rate;
-        fit_truth(&p, tick, &d->authored[i], &slope);
-        wg_clip_sample(file, (uint8_t)h->clip, (uint32_t)lround(1e6 * d->t[i]), values, NULL);
-        d->played[i] = channel_unit(file, h->channel, values[h->channel]);
-        free(values);
-    }
-    for (int k = 0; k < c->key_count && keys < 64; k++) {
-        if (c->keys[k].weight[0] != 0) {
-            d->key_t[keys] = c->keys[k].time;
-            d->key_v[keys++] = c->keys[k].target[0];
-        }
-    }
-    static const char *const unit[] = {"", "deg", "us", "mm"};
-    *panel =
-        (plot_panel){b->scene->channels[h->channel].name,
-                     unit[b->scene->channels[h->channel].unit],
-                     keys ? 3 : 2,
-                     {{"authored", "lines lw 4 lc rgb '#c8d8f0'", POINTS, d->t, d->authored},
-                      {"played", "lines lw 1 lc rgb '#a02020'", POINTS, d->t, d->played},
-                      {"keys", "points pt 7 ps 0.8 lc rgb '#203060'", keys, d->key_t, d->key_v}}};
-}
-
-/* One picture of the clip `index`. */
-static int draw(const build *b, const wg_file *file, const certificate *c, int index,
-                const char *path, bake_error *error)
-{
-    const scene_clip *clip = &b->scene->clips[index];
-    panel_data *data = bake_alloc((size_t)clip->curve_count, sizeof *data);
-    plot_panel *panels = bake_alloc((size_t)clip->curve_count, sizeof *panels);
-    int n = 0;
-    for (int i = 0; i < c->channel_count; i++) {
-        if (c->channel[i].clip == index) {
-            fill_panel(b, file, &c->channel[i], &data[n], &panels[n]);
-            n++;
-        }
-    }
-    char title[256];
-    snprintf(title, sizeof title, "%s: authored and played", clip->name);
-    int err = plot_png(path, title, panels, n, error);
-    free(data);
-    free(panels);
-    return err;
-}
-
 static int find_clip(const scene *s, const char *name, bake_error *error)
 {
     for (int i = 0; i < s->clip_count; i++) {
@@ -138,12 +73,22 @@ static int find_clip(const scene *s, const char *name, bake_error *error)
     return bake_fail(error, "%s has no clip named %s", s->path, name);
 }
 
-/* Certificate to stdout (or nowhere), JSON and picture where asked. Returns an exit code. */
+/* Picture and table of one clip, where asked. */
+static int write_curves(const build *b, const wg_file *file, const option *options,
+                        bake_error *error)
+{
+    const char *png = option_value(options, "--png"), *csv = option_value(options, "--csv");
+    int clip = png || csv ? find_clip(b->scene, option_value(options, "--clip"), error) : 0;
+    int err = clip < 0 ? -1 : png ? curves_png(b, file, clip, png, error) : 0;
+    return err == 0 && csv ? curves_csv(b, file, clip, csv, error) : err;
+}
+
+/* Certificate to stdout (or nowhere), JSON, picture and table where asked. Returns an exit code. */
 static int report(const build *b, const wg_file *file, size_t size, const option *options,
                   bake_error *error)
 {
     certificate c;
-    const char *json = option_value(options, "--json"), *png = option_value(options, "--png");
+    const char *json = option_value(options, "--json");
     if (certify(b, file, size, &c, error) < 0) {
         return EXIT_FAILED;
     }
@@ -151,9 +96,8 @@ static int report(const build *b, const wg_file *file, size_t size, const option
         certificate_print(b, &c, stdout);
     }
     int err = json ? write_json(b, &c, json, error) : 0;
-    if (err == 0 && png) {
-        int clip = find_clip(b->scene, option_value(options, "--clip"), error);
-        err = clip < 0 ? -1 : draw(b, file, &c, clip, png, error);
+    if (err == 0) {
+        err = write_curves(b, file, options, error);
     }
     int failed = c.failed;
     certificate_free(&c);
@@ -188,8 +132,9 @@ static int bake_scene(const char *path, const char *out, const option *options, 
 
 int command_bake(int argc, char **argv, bake_error *error)
 {
-    option options[] = {{"-o", 1, NULL},     {"--json", 1, NULL},  {"--png", 1, NULL},
-                        {"--clip", 1, NULL}, {"--quiet", 0, NULL}, {NULL, 0, NULL}};
+    option options[] = {{"-o", 1, NULL},    {"--json", 1, NULL}, {"--png", 1, NULL},
+                        {"--csv", 1, NULL}, {"--clip", 1, NULL}, {"--quiet", 0, NULL},
+                        {NULL, 0, NULL}};
     const char *words[1];
     int count = options_parse(argc, argv, options, words, 1, error);
     if (count >= 0 && (count != 1 || option_value(options, "-o") == NULL)) {
@@ -230,11 +175,8 @@ static int check_clip(const char *path, const char *clip, const option *options,
 
 int command_check(int argc, char **argv, bake_error *error)
 {
-    option options[] = {{"--json", 1, NULL},
-                        {"--png", 1, NULL},
-                        {"--clip", 1, NULL},
-                        {"--quiet", 0, NULL},
-                        {NULL, 0, NULL}};
+    option options[] = {{"--json", 1, NULL}, {"--png", 1, NULL},   {"--csv", 1, NULL},
+                        {"--clip", 1, NULL}, {"--quiet", 0, NULL}, {NULL, 0, NULL}};
     const char *words[2];
     int count = options_parse(argc, argv, options, words, 2, error);
     if (count == 0) {

@@ -135,6 +135,13 @@ static int play_csv(stage *g, const char *path, bake_error *error)
 /* ---- a picture
  * -------------------------------------------------------------------------------------- */
 
+static const char *unit_name(const wg_file *file, int channel)
+{
+    static const char *const name[] = {"", "deg", "us", "mm"};
+    int unit = get8(record(file, WG_SECTION_CHANNELS, channel, WG_CHANNEL_BYTES) + WG_CHANNEL_UNIT);
+    return unit < 4 ? name[unit] : "";
+}
+
 static int play_png(stage *g, const char *path, bake_error *error)
 {
     int n = g->file->section[WG_SECTION_CHANNELS].count;
@@ -149,11 +156,11 @@ static int play_png(stage *g, const char *path, bake_error *error)
         }
     }
     for (int c = 0; c < n; c++) {
-        panels[c] =
-            (plot_panel){clip_name(g->file, NAME_CHANNEL, c),
-                         "",
-                         1,
-                         {{"played", "lines lw 2", (int)g->frames, t, v + (size_t)c * frames}}};
+        panels[c] = (plot_panel){
+            clip_name(g->file, NAME_CHANNEL, c),
+            unit_name(g->file, c),
+            1,
+            {{"played", "lines lw 2 lc rgb '#1d4f91'", (int)g->frames, t, v + (size_t)c * frames}}};
     }
     int err = plot_png(path, "played: all layers and filters", panels, n, error);
     free(t);

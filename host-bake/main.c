@@ -8,19 +8,25 @@
 static const char HELP[] =
     "wiggly: motion for things that are small or physical\n"
     "\n"
-    "  wiggly bake SCENE.yaml -o OUT.wgl   solve, fit, pack and certify; also writes OUT.h and OUT.c\n"
-    "  wiggly check SCENE.yaml [CLIP.wgl]  the certificate: what is played against what was authored\n"
+    "  wiggly bake SCENE.yaml -o OUT.wgl   solve, fit, pack and certify; also writes OUT.h and "
+    "OUT.c\n"
+    "  wiggly check SCENE.yaml [CLIP.wgl]  the certificate: what is played against what was "
+    "authored\n"
     "      --json FILE      the certificate as JSON\n"
-    "      --png FILE       authored and played curves; --clip NAME picks the clip (default: the first)\n"
+    "      --png FILE       authored and played curves; --clip NAME picks the clip (default: the "
+    "first)\n"
+    "      --csv FILE       the same curves as numbers, every 20 ms ('-': stdout)\n"
     "      --quiet          no certificate on stdout, no progress\n"
     "  wiggly info CLIP.wgl                what is in a clip file\n"
-    "  wiggly play CLIP.wgl                plays all layers as the firmware does, or --clip NAME alone\n"
+    "  wiggly play CLIP.wgl                plays all layers as the firmware does, or --clip NAME "
+    "alone\n"
     "      --csv FILE       time, channels, servo positions ('-': stdout)\n"
     "      --png FILE       a plot of every channel\n"
     "      --serial DEVICE  live on a servo bus; --baud N (115200)\n"
     "      --rate HZ        frames a second (50)     --seconds S  how long (the longest clip)\n"
     "\n"
-    "exit codes: 0 done, 1 failed (the message says where and what to do), 2 usage, 3 over tolerance\n";
+    "exit codes: 0 done, 1 failed (the message says where and what to do), 2 usage, 3 over "
+    "tolerance\n";
 
 int main(int argc, char **argv)
 {
@@ -48,7 +54,8 @@ int main(int argc, char **argv)
                 fprintf(stderr, "wiggly %s: %s\n", argv[1], error.text);
             }
             if (fflush(stdout) != 0 || ferror(stdout)) {
-                fprintf(stderr, "wiggly %s: stdout cannot be written: is the disk full?\n", argv[1]);
+                fprintf(stderr, "wiggly %s: stdout cannot be written: is the disk full?\n",
+                        argv[1]);
                 return EXIT_FAILED;
             }
             return code;

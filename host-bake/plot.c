@@ -32,6 +32,7 @@ static void write_panel(FILE *to, const plot_panel *p, int index)
     }
     fprintf(to, "set title ");
     quote(to, p->title);
+    fprintf(to, " offset 0,-0.6");
     fprintf(to, "\nset ylabel ");
     quote(to, p->unit);
     fprintf(to, "\nplot ");
@@ -46,18 +47,24 @@ static void write_script(FILE *to, const char *png, const char *title, const plo
                          int count)
 {
     int columns = count > 6 ? 2 : 1, rows = (count + columns - 1) / columns;
-    fprintf(to, "set terminal pngcairo noenhanced size %d,%d font 'sans,9'\nset output ",
-            900 * columns, 60 + 190 * rows);
+    fprintf(to, "set terminal pngcairo noenhanced size %d,%d font 'sans,11'\nset output ",
+            900 * columns, 90 + 200 * rows);
     quote(to, png);
-    fprintf(to, "\nset key outside right top\nset grid\nset xlabel ''\nset lmargin 9\n"
-                "set multiplot layout %d,%d title ", rows, columns);
+    fprintf(to,
+            "\nset border 3 lc rgb '#707070'\nset tics nomirror out scale 0.5 tc rgb '#404040'\n"
+            "set grid lc rgb '#d8d8d8' lt 1 lw 0.5\nset lmargin 9\nset rmargin 3\n"
+            "set offsets 0, 0, graph 0.08, graph 0.08\n"
+            "set key at screen 0.99, screen 0.99 right top horizontal\n"
+            "set multiplot layout %d,%d title ",
+            rows, columns);
     quote(to, title);
-    fputc('\n', to);
+    fprintf(to, " font ',15'\n");
     for (int i = 0; i < count; i++) {
         if (i >= count - columns) {
             fprintf(to, "set xlabel 's'\n");
         }
         write_panel(to, &panels[i], i);
+        fprintf(to, "unset key\n"); /* the first panel's serves all */
     }
     fprintf(to, "unset multiplot\n");
 }

@@ -163,6 +163,26 @@ def pictures_are_png():
     expect(FAILED, bake("png", "--quiet", "--png", path("b.png"), "--clip", "nod"), "nod")
 
 
+def curves_are_a_table():
+    """Authored columns are what the scene says, played ones within the tolerance of them."""
+    scene("table")
+    done = expect(DONE, bake("table", "--quiet", "--csv", path("t.csv"), "--clip", "nudge"))
+    head, rows = rows_of(read("t.csv").decode())
+    assert head == ["time", "ear authored", "ear played"] and len(rows) == 36 and not done.stdout
+    for i, row in enumerate(rows):
+        t, authored, played = map(float, row)
+        assert t == round(0.02 * i, 2) and abs(played - authored) <= 0.01
+        assert abs(authored - (25 * t if t <= 0.2 else 10 * (0.7 - t))) < 1e-7
+    done = expect(DONE, wiggly("check", path("table.yaml"), path("table.wgl"), "--quiet", "--csv", "-"))
+    head, rows = rows_of(done.stdout)
+    assert len(rows) == 51 and head[5:] == ["lamp authored", "lamp played"]
+    assert [float(row[5]) for row in rows] == [0.5] * 30 + [0.75] * 21  # the step is at 0.6 s
+    for column in (1, 3, 5):
+        assert max(abs(float(row[column]) - float(row[column + 1])) for row in rows) <= 0.01
+    expect(FAILED, bake("table", "--quiet", "--csv", path("missing/t.csv")), "missing/t.csv")
+    expect(FAILED, bake("table", "--quiet", "--csv", "/dev/full"), "disk full")
+
+
 def failure_leaves_nothing():
     scene("nowhere")
     before = sorted(os.listdir(folder))
@@ -372,7 +392,7 @@ def help_lists_every_command():
 
 TESTS = (bake_writes_clip_header_and_source, source_compiles_to_the_same_bytes,
          quiet_says_nothing_and_bakes_the_same, certificate_is_json, pictures_are_png,
-         failure_leaves_nothing, clip_is_written_last, scene_errors_name_file_and_line,
+         curves_are_a_table, failure_leaves_nothing, clip_is_written_last, scene_errors_name_file_and_line,
          impossible_tolerance_is_refused_in_words, check_replays_a_file,
          check_finds_a_clip_over_tolerance, check_refuses_another_scenes_clip, info_lists_everything,
          damaged_clips_are_refused_in_words, play_agrees_with_the_specification_bit_for_bit,

@@ -183,7 +183,7 @@ static void waves_stay_within_tolerance_for_every_mode(void)
             }
     CHECK_EQ(refused, 0);
     CHECK_EQ(over, 0);
-    CHECK(curves > 300 && curves > 20 * unsolved);
+    CHECK(curves > 200 && curves > 20 * unsolved);
 }
 
 static void waves_stay_within_tolerance_without_stiffness(void)
