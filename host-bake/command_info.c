@@ -69,8 +69,8 @@ int command_info(int argc, char **argv, bake_error *error)
         return EXIT_FAILED;
     }
     const wg_file *file = &disk.file;
-    printf("%s: %zu bytes, format %d.%d, %d channels, %d layers, %d filters, %d triggers\n", words[0],
-           disk.size, get8((uint8_t *)disk.words + WG_HEADER_MAJOR),
+    printf("%s: %zu bytes, format %d.%d, %d channels, %d layers, %d filters, %d triggers\n",
+           words[0], disk.size, get8((uint8_t *)disk.words + WG_HEADER_MAJOR),
            get8((uint8_t *)disk.words + WG_HEADER_MINOR), file->section[WG_SECTION_CHANNELS].count,
            file->section[WG_SECTION_LAYERS].count, file->section[WG_SECTION_FILTERS].count,
            file->section[WG_SECTION_TRIGGERS].count);

@@ -230,11 +230,10 @@ static void animators_modes_become_waves(void)
     printf("animator's modes: %d segments, %d waves, %.1f bytes a segment\n", segments, waves,
            (double)size / segments);
     CHECK_EQ(waves, segments);
-    CHECK(size <= 24 * segments); /* a run of 10 + 36/4.5 bytes would be 18 */
+    CHECK(size <= 10 * segments + 36 * 20); /* one run a curve */
 }
 
-/* ---- plain keys ---------------------------------------------------------------------------------
- */
+/* ---- plain keys -------------------------------------------------------------------------- */
 
 static int make_plain(scene_curve_kind kind, const bake_key *keys, int count, bake_curve *curve)
 {
@@ -319,8 +318,7 @@ static void shortest_segments_and_longest_clips_fit(void)
     }
 }
 
-/* ---- captures -----------------------------------------------------------------------------------
- */
+/* ---- captures ---------------------------------------------------------------------------- */
 
 /* Ten seconds of slow swings with flicks and sensor noise, 100 samples a second. */
 static bake_curve captured_curve(void)
@@ -440,8 +438,7 @@ static void constant_curves_fit(void)
     }
 }
 
-/* ---- velocity -----------------------------------------------------------------------------------
- */
+/* ---- velocity ---------------------------------------------------------------------------- */
 
 /* Error of the player's velocity, over the largest that a value error of one tolerance allows: by
  * Markov's inequality a cubic that stays within T on h seconds has slopes below 18 T/h; a wave adds
