@@ -63,7 +63,12 @@ static int capture_curve(const scene *s, const scene_curve *c, bake_curve *out, 
     int err = bake_spline_solve(&cubic, keys, samples.count, out, NULL, error);
     free(keys);
     capture_free(&samples);
-    return err;
+    if (err < 0) {
+        bake_error inner = *error;
+        return bake_fail(error, "%s:%d: channel %s: %s", s->path, c->line,
+                         s->channels[c->channel].name, inner.text);
+    }
+    return 0;
 }
 
 /* A held curve keeps its last key until the clip ends. */

@@ -8,11 +8,11 @@
 
 typedef struct {
     const scene *scene;
-    author_clip *clip;    /* scene.clip_count: the exact curves */
-    bake_track **track;   /* [clip][curve] */
-    int *frac;            /* a channel */
-    double *tolerance;    /* a channel, in its unit */
-    double *range;        /* a channel: largest minus smallest value over all clips */
+    author_clip *clip;  /* scene.clip_count: the exact curves */
+    bake_track **track; /* [clip][curve] */
+    int *frac;          /* a channel */
+    double *tolerance;  /* a channel, in its unit */
+    double *range;      /* a channel: largest minus smallest value over all clips */
     bytes file;
 } build;
 

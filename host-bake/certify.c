@@ -23,14 +23,12 @@ double servo_scale(int protocol)
 static const uint8_t *track_record(const wg_file *file, int clip, int curve)
 {
     const uint8_t *c = clip_record(file, clip);
-    return record(file, WG_SECTION_TRACKS, get16(c + WG_CLIP_TRACK_FIRST) + curve,
-                     WG_TRACK_BYTES);
+    return record(file, WG_SECTION_TRACKS, get16(c + WG_CLIP_TRACK_FIRST) + curve, WG_TRACK_BYTES);
 }
 
 static int channel_frac(const wg_file *file, int channel)
 {
-    return (int8_t)get8(
-        record(file, WG_SECTION_CHANNELS, channel, WG_CHANNEL_BYTES));
+    return (int8_t)get8(record(file, WG_SECTION_CHANNELS, channel, WG_CHANNEL_BYTES));
 }
 
 /* The file must be a bake of this scene, or there is nothing to compare. */
@@ -50,8 +48,10 @@ static int check_match(const build *b, const wg_file *file, bake_error *error)
         }
     }
     return good ? 0
-                : bake_fail(error, "%s: the clip was not baked from this scene (other clips, channels or "
-                            "lengths): bake it again", s->path);
+                : bake_fail(error,
+                            "%s: the clip was not baked from this scene (other clips, channels or "
+                            "lengths): bake it again",
+                            s->path);
 }
 
 static void count_runs(const wg_file *file, const uint8_t *track, certificate_channel *c)
@@ -59,8 +59,7 @@ static void count_runs(const wg_file *file, const uint8_t *track, certificate_ch
     c->runs = get16(track + WG_TRACK_RUN_COUNT);
     for (int i = 0; i < c->runs; i++) {
         const uint8_t *run =
-            record(file, WG_SECTION_RUNS, get16(track + WG_TRACK_RUN_FIRST) + i,
-                      WG_RUN_BYTES);
+            record(file, WG_SECTION_RUNS, get16(track + WG_TRACK_RUN_FIRST) + i, WG_RUN_BYTES);
         int segments = get16(run + WG_RUN_SEGMENTS);
         c->segments += segments;
         c->waves += get8(run + WG_RUN_KIND) > (int)WG_KIND_CUBIC ? segments : 0;
@@ -169,8 +168,7 @@ static void count_operations(const wg_file *file, int clip, certificate *c)
         int runs = get16(track + WG_TRACK_RUN_COUNT), most[3] = {0};
         for (int i = 0; i < runs; i++) {
             const uint8_t *run =
-                record(file, WG_SECTION_RUNS, get16(track + WG_TRACK_RUN_FIRST) + i,
-                          WG_RUN_BYTES);
+                record(file, WG_SECTION_RUNS, get16(track + WG_TRACK_RUN_FIRST) + i, WG_RUN_BYTES);
             int kind = get8(run + WG_RUN_KIND);
             int need = (int)ceil(log2(get16(run + WG_RUN_SEGMENTS)));
             most[0] = need > most[0] ? need : most[0];
@@ -192,8 +190,7 @@ static void count_operations(const wg_file *file, int clip, certificate *c)
 static size_t ram(const scene *s)
 {
     size_t layers = s->layer_count > 0 ? (size_t)s->layer_count : 1;
-    return 13 * 12 + 16 + 48 * layers + 4 * (size_t)s->channel_count +
-           12 * (size_t)s->servo_count;
+    return 13 * 12 + 16 + 48 * layers + 4 * (size_t)s->channel_count + 12 * (size_t)s->servo_count;
 }
 
 static void certify_clip(const build *b, const wg_file *file, int i, certificate *c)
@@ -214,7 +211,8 @@ static void certify_clip(const build *b, const wg_file *file, int i, certificate
                 certificate_servo *v = &c->servo[c->servo_count++];
                 v->clip = i;
                 v->servo = k;
-                v->error = h->largest * fabs(s->servos[k].gain) * servo_scale(s->servos[k].protocol);
+                v->error =
+                    h->largest * fabs(s->servos[k].gain) * servo_scale(s->servos[k].protocol);
                 replay_servo(b, file, v);
             }
         }
@@ -222,7 +220,8 @@ static void certify_clip(const build *b, const wg_file *file, int i, certificate
     count_operations(file, i, c);
 }
 
-int certify(const build *b, const wg_file *file, size_t file_bytes, certificate *c, bake_error *error)
+int certify(const build *b, const wg_file *file, size_t file_bytes, certificate *c,
+            bake_error *error)
 {
     const scene *s = b->scene;
     size_t curves = 1;

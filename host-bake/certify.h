@@ -38,7 +38,8 @@ typedef struct {
 } certificate;
 
 /* Replays `file` (opened from b->file or from disk; it must have the scene's clips and channels). */
-int certify(const build *b, const wg_file *file, size_t file_bytes, certificate *out, bake_error *error);
+int certify(const build *b, const wg_file *file, size_t file_bytes, certificate *out,
+            bake_error *error);
 void certificate_free(certificate *c);
 void certificate_print(const build *b, const certificate *c, FILE *to);
 void certificate_json(const build *b, const certificate *c, bytes *out);

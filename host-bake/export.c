@@ -32,16 +32,18 @@ static uint64_t longest_us(const build *b)
 void build_header_text(const build *b, const char *stem, bytes *out)
 {
     const scene *s = b->scene;
-    put_text(out, "/* Baked from %s by wiggly: sizes and names of the clip in %s.c. Do not edit. */\n",
-        s->name ? s->name : stem, stem);
+    put_text(out,
+             "/* Baked from %s by wiggly: sizes and names of the clip in %s.c. Do not edit. */\n",
+             s->name ? s->name : stem, stem);
     put_text(out, "#ifndef CLIP_H\n#define CLIP_H\n\n#include <stdint.h>\n\n");
-    put_text(out, "#define CLIP_BYTES %zu\n#define CLIP_CHANNELS %d\n#define CLIP_CLIPS %d\n", b->file.count,
-        s->channel_count, s->clip_count);
+    put_text(out, "#define CLIP_BYTES %zu\n#define CLIP_CHANNELS %d\n#define CLIP_CLIPS %d\n",
+             b->file.count, s->channel_count, s->clip_count);
     put_text(out, "#define CLIP_LAYERS %d\n#define CLIP_SERVOS %d\n#define CLIP_EVENTS %d\n",
-        s->layer_count > 0 ? s->layer_count : 1, s->servo_count, s->event_name_count);
+             s->layer_count > 0 ? s->layer_count : 1, s->servo_count, s->event_name_count);
     put_text(out, "#define CLIP_DURATION_US %lluul /* of the longest clip */\n",
-        (unsigned long long)longest_us(b));
-    put_text(out, "#define CLIP_TICK_US 20000ul\n#define CLIP_FRAMES (CLIP_DURATION_US / CLIP_TICK_US + 1ul)\n\n");
+             (unsigned long long)longest_us(b));
+    put_text(out, "#define CLIP_TICK_US 20000ul\n#define CLIP_FRAMES (CLIP_DURATION_US / "
+                  "CLIP_TICK_US + 1ul)\n\n");
     for (int i = 0; i < s->channel_count; i++) {
         add_index(out, "CHANNEL", s->channels[i].name, i);
     }
@@ -55,16 +57,20 @@ void build_header_text(const build *b, const char *stem, bytes *out)
         add_index(out, "EVENT", s->event_names[i], i);
     }
     put_text(out, "\n/* On AVR it lies in program memory: read it through the player only. */\n"
-             "extern const uint32_t clip_words[];\n#define CLIP_DATA ((const void *)clip_words)\n\n#endif\n");
+                  "extern const uint32_t clip_words[];\n#define CLIP_DATA ((const void "
+                  "*)clip_words)\n\n#endif\n");
 }
 
 void build_source_text(const build *b, const char *stem, bytes *out)
 {
     put_text(out, "/* Baked by wiggly: the clip's bytes as little-endian words. Do not edit. */\n");
-    put_text(out, "#include \"%s.h\"\n#include \"wg_mem.h\"\n\nWG_TABLE const uint32_t clip_words[] = {", stem);
+    put_text(out,
+             "#include \"%s.h\"\n#include \"wg_mem.h\"\n\nWG_TABLE const uint32_t clip_words[] = {",
+             stem);
     for (size_t i = 0; i + 4 <= b->file.count; i += 4) {
         const uint8_t *p = b->file.at + i;
-        put_text(out, "%s0x%02x%02x%02x%02x,", i % 32 == 0 ? "\n    " : " ", p[3], p[2], p[1], p[0]);
+        put_text(out, "%s0x%02x%02x%02x%02x,", i % 32 == 0 ? "\n    " : " ", p[3], p[2], p[1],
+                 p[0]);
     }
     put_text(out, "\n};\n");
 }

@@ -130,12 +130,13 @@ static int pack_matrix(const build *b, const scene_filter *f, sections *out, bak
             int shift = 12 + b->frac[f->channels[i]] - b->frac[f->channels[j]];
             double m = floor(ldexp(f->matrix[i][j], shift) + 0.5);
             if (fabs(m) > 32767) {
-                return bake_fail(error,
-                                 "%s: matrix filter, row %d, column %d: %g from channel %s to %s is "
-                                 "more than the format's 8 (in steps of their ranges)",
-                                 b->scene->path, i + 1, j + 1, f->matrix[i][j],
-                                 b->scene->channels[f->channels[j]].name,
-                                 b->scene->channels[f->channels[i]].name);
+                return bake_fail(
+                    error,
+                    "%s: matrix filter, row %d, column %d: %g from channel %s to %s is "
+                    "more than the format's 8 (in steps of their ranges)",
+                    b->scene->path, i + 1, j + 1, f->matrix[i][j],
+                    b->scene->channels[f->channels[j]].name,
+                    b->scene->channels[f->channels[i]].name);
             }
             put16(data, (uint32_t)(int32_t)m & 65535u);
         }
@@ -287,8 +288,10 @@ int build_pack(build *b, bake_error *error)
     pack_names(b->scene, &s);
     for (unsigned k = 1; k <= WG_SECTION_KNOWN && err == 0; k++) {
         if (s.count[k] > 65535) {
-            err = bake_fail(error, "%s: %d records in section %u, the format has room for 65535: split "
-                            "the clip", b->scene->path, s.count[k], k);
+            err = bake_fail(error,
+                            "%s: %d records in section %u, the format has room for 65535: split "
+                            "the clip",
+                            b->scene->path, s.count[k], k);
         }
     }
     if (err == 0) {
@@ -296,8 +299,10 @@ int build_pack(build *b, bake_error *error)
         wg_file file;
         int code = wg_open(&file, b->file.at, (uint32_t)b->file.count);
         if (code < 0) {
-            err = bake_fail(error, "%s: the player refuses the baked file with code %d; this is a fault "
-                            "of the baker, please report it with the scene", b->scene->path, code);
+            err = bake_fail(error,
+                            "%s: the player refuses the baked file with code %d; this is a fault "
+                            "of the baker, please report it with the scene",
+                            b->scene->path, code);
         }
     }
     for (unsigned k = 0; k <= WG_SECTION_KNOWN; k++) {

@@ -13,7 +13,8 @@ static speed_t speed_of(long baud)
     static const struct {
         long baud;
         speed_t speed;
-    } table[] = {{9600, B9600}, {19200, B19200}, {38400, B38400}, {57600, B57600}, {115200, B115200}};
+    } table[] = {
+        {9600, B9600}, {19200, B19200}, {38400, B38400}, {57600, B57600}, {115200, B115200}};
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         if (table[i].baud == baud) {
             return table[i].speed;
@@ -46,8 +47,10 @@ int serial_open(const char *path, long baud, int *paced, bake_error *error)
 {
     speed_t speed = speed_of(baud);
     if (speed == B0) {
-        return bake_fail(error, "--baud %ld: this machine has 9600, 19200, 38400, 57600, 115200, "
-                                "230400, 500000 and 1000000", baud);
+        return bake_fail(error,
+                         "--baud %ld: this machine has 9600, 19200, 38400, 57600, 115200, "
+                         "230400, 500000 and 1000000",
+                         baud);
     }
     int line = open(path, O_WRONLY | O_CREAT | O_NOCTTY, 0644);
     if (line < 0) {

@@ -102,12 +102,15 @@ static void check_key(const bake_work *work, int k, const double state[3], const
         widen(worst, fabs(state[2] - p->end_value[end]), size[2]);
 }
 
+/* What a violation is measured against. A derivative of order i is made of values of this size over H^i: a
+ * straight line's acceleration is their rounding, not 0, and must not be compared with itself. */
 static void curve_size(const bake_work *work, const end_states *ends, double size[3])
 {
     for (int i = 0; i < 3; i++) {
         size[i] = 1e-300;
         for (int k = 0; k < work->key_count - 1; k++)
-            size[i] = fmax(size[i], ends[k].size[i]);
+            size[i] =
+                fmax(size[i], fmax(ends[k].size[i], ends[k].size[0] / pow(work->parts[k].H, i)));
         for (int k = 0; k < work->key_count; k++)
             if (work->keys[k].weight[i] < 0.0)
                 size[i] = fmax(size[i], fabs(work->keys[k].target[i]));

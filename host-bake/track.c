@@ -80,7 +80,8 @@ void track_put_run(const track_run *run, bytes *runs, bytes *data)
 void replay_open(replay *r, const bake_track *track)
 {
     memset(r, 0, sizeof *r);
-    put16(&r->data, 0); /* the search starts two bytes before its times, which a real clip always has */
+    put16(&r->data,
+          0); /* the search starts two bytes before its times, which a real clip always has */
     put16(&r->tracks, 0);
     put16(&r->tracks, 0);
     put16(&r->tracks, (uint32_t)track->count);

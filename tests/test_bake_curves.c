@@ -203,8 +203,32 @@ static void resonance_is_explained(void)
     bake_curve_free(&curve);
 }
 
+/* Natural ends of two keys: the acceleration is rounding and nothing else. */
+static void two_natural_keys_are_a_line(void)
+{
+    static const double VALUE[][2] = {{0, 1}, {-1.98e-6, 2.92e-5}, {1e6, 1e6}, {3, -4}, {0, 0}};
+    static const double END[] = {1.56, 1, 1e-3, 4000};
+    for (int i = 0; i < 5; i++) {
+        for (int j = 0; j < 4; j++) {
+            bake_key keys[2] = {{.target = {VALUE[i][0]}, .weight = {BAKE_HARD}},
+                                {END[j], {VALUE[i][1]}, {BAKE_HARD}}};
+            const bake_spline_problem line = {
+                .end = {BAKE_END_ACCELERATION, BAKE_END_ACCELERATION}};
+            bake_curve curve;
+            bake_error error = {""};
+            double out[4];
+            CHECK_EQ(bake_spline_solve(&line, keys, 2, &curve, NULL, &error), 0);
+            bake_curve_eval(&curve, 0.25 * END[j], out);
+            double want = 0.75 * VALUE[i][0] + 0.25 * VALUE[i][1];
+            CHECK_NEAR(out[0], want, 1e-14 * (fabs(VALUE[i][0]) + fabs(VALUE[i][1]))); /* 50 eps */
+            bake_curve_free(&curve);
+        }
+    }
+}
+
 int main(void)
 {
+    TEST(two_natural_keys_are_a_line);
     TEST(held_curve_jumps_at_its_keys);
     TEST(linear_curve_connects_its_keys);
     TEST(bspline_is_smooth_and_stays_within_its_control_points);

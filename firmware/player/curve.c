@@ -3,7 +3,6 @@
  * SPDX-License-Identifier: MIT */
 #include "curve.h"
 
-
 static int32_t knots_value(const wg_span *at, const uint8_t *data, uint8_t kind)
 {
     wg_cubic y = wg_knots_at(at, data, kind);

@@ -20,8 +20,8 @@ typedef struct {
 /* The last run that starts at or before `tick`. At most 16 rounds: counts are 16 bits. */
 static inline const uint8_t *wg_find_run(const wg_file *file, const uint8_t *track, uint32_t tick)
 {
-    const uint8_t *run = wg_record(file, WG_SECTION_RUNS, wg_rd16(track + WG_TRACK_RUN_FIRST),
-                                   WG_RUN_BYTES);
+    const uint8_t *run =
+        wg_record(file, WG_SECTION_RUNS, wg_rd16(track + WG_TRACK_RUN_FIRST), WG_RUN_BYTES);
     for (uint32_t count = wg_rd16(track + WG_TRACK_RUN_COUNT); count > 1;) {
         uint32_t half = count >> 1;
         const uint8_t *middle = run + half * WG_RUN_BYTES;
@@ -39,7 +39,8 @@ static inline wg_span wg_find_span(const wg_file *file, uint16_t track, uint32_t
     wg_span at;
     at.run = wg_find_run(file, wg_record(file, WG_SECTION_TRACKS, track, WG_TRACK_BYTES), tick);
     const uint8_t *times = file->section[WG_SECTION_DATA].at + wg_rd32(at.run + WG_RUN_TIMES);
-    const uint8_t *passed = times - 2; /* the last end known to have passed; none yet: still in the file */
+    const uint8_t *passed =
+        times - 2; /* the last end known to have passed; none yet: still in the file */
     uint32_t count = wg_rd16(at.run + WG_RUN_SEGMENTS);
     for (uint32_t half = count >> 1; half > 0; half = count >> 1) {
         const uint8_t *middle = passed + 2u * half;
@@ -47,7 +48,8 @@ static inline wg_span wg_find_span(const wg_file *file, uint16_t track, uint32_t
         count -= half;
     }
     uint32_t start = wg_rd16(passed < times ? at.run + WG_RUN_START : passed);
-    at.index = (uint32_t)(size_t)(passed + 2 - times) >> 1; /* size_t: unsigned on AVR's 16 bits too */
+    at.index =
+        (uint32_t)(size_t)(passed + 2 - times) >> 1; /* size_t: unsigned on AVR's 16 bits too */
     at.ticks = wg_rd16(passed + 2) - start;
     at.dt_q16 = position - (start << 16);
     return at;
@@ -101,7 +103,8 @@ static inline wg_pair wg_trig_pair(const wg_span *at, const uint8_t *param)
 }
 
 /* Coefficients of a segment, behind `params` parameters of the run. */
-static inline const uint8_t *wg_coefficients(const wg_span *at, const uint8_t *data, uint32_t params)
+static inline const uint8_t *wg_coefficients(const wg_span *at, const uint8_t *data,
+                                             uint32_t params)
 {
     return data + params * WG_PARAM_BYTES + at->index * 8u;
 }
@@ -118,8 +121,8 @@ static inline int32_t wg_product(const uint8_t *c, wg_pair a, wg_pair b)
 
 static inline int32_t wg_sum(const uint8_t *c, wg_pair a, wg_pair b)
 {
-    int32_t p = fix_add(fix_mulq(a.even, (int16_t)wg_rd16(c)),
-                        fix_mulq(a.odd, (int16_t)wg_rd16(c + 2)));
+    int32_t p =
+        fix_add(fix_mulq(a.even, (int16_t)wg_rd16(c)), fix_mulq(a.odd, (int16_t)wg_rd16(c + 2)));
     int32_t q = fix_add(fix_mulq(b.even, (int16_t)wg_rd16(c + 4)),
                         fix_mulq(b.odd, (int16_t)wg_rd16(c + 6)));
     return fix_add(p, q) >> 2;

@@ -100,12 +100,12 @@ typedef struct {
 static inline fix_turn fix_sincos(uint32_t phase)
 {
     uint32_t quarter = phase + UINT32_C(0x20000000); /* the quadrant in its two upper bits */
-    int32_t z = (int32_t)(phase << 2); /* the quadrant's bits fall off */
+    int32_t z = (int32_t)(phase << 2);               /* the quadrant's bits fall off */
     int32_t y = fix_mulh(z, z);
-    int32_t odd = INT32_C(1686621276) -
-                  fix_mulh(y, INT32_C(693327967) - fix_mulh(y, INT32_C(83394718)));
-    int32_t even = INT32_C(1324673091) -
-                   fix_mulh(y, INT32_C(272307757) - fix_mulh(y, INT32_C(21932517)));
+    int32_t odd =
+        INT32_C(1686621276) - fix_mulh(y, INT32_C(693327967) - fix_mulh(y, INT32_C(83394718)));
+    int32_t even =
+        INT32_C(1324673091) - fix_mulh(y, INT32_C(272307757) - fix_mulh(y, INT32_C(21932517)));
     int32_t c = INT32_C(0x40000000) - fix_mulh(y, even), s = fix_mulh(z, odd);
     /* Odd quarters: (c, s) becomes (-s, c); the upper ones change both signs. Without a branch. */
     int32_t odd_quarter = (int32_t)(quarter << 1) >> 31, upper = (int32_t)quarter >> 31;

@@ -177,7 +177,8 @@ static uint16_t channel_weight(const wg_file *file, const wg_layer *l, uint16_t 
 static void mix_layer(const wg_file *file, const wg_layer *l, int32_t *values)
 {
     const uint8_t *c = wg_clip_record(file, l->clip);
-    uint32_t position = wg_clip_position(file, l->clip, (uint32_t)(wg_layer_shown(file, l, l->head) >> 16));
+    uint32_t position =
+        wg_clip_position(file, l->clip, (uint32_t)(wg_layer_shown(file, l, l->head) >> 16));
     uint16_t layer_weight = weight(l);
     uint16_t track = wg_rd16(c + WG_CLIP_TRACK_FIRST);
     for (uint16_t n = wg_rd16(c + WG_CLIP_TRACK_COUNT); n > 0; n--, track++) {

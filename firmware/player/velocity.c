@@ -74,13 +74,15 @@ static int64_t wave_velocity(const wg_span *at, const uint8_t *data, uint16_t ti
     return scaled(by_a, &da) + scaled(by_b, &db);
 }
 
-int32_t wg_track_velocity(const wg_file *file, uint16_t track, uint32_t position, uint16_t tick_rate)
+int32_t wg_track_velocity(const wg_file *file, uint16_t track, uint32_t position,
+                          uint16_t tick_rate)
 {
     wg_span at = wg_find_span(file, track, position);
     unsigned shift = wg_rd8(at.run + WG_RUN_SHIFT);
     const uint8_t *data = file->section[WG_SECTION_DATA].at + wg_rd32(at.run + WG_RUN_DATA);
     bool on_knots = wg_rd8(at.run + WG_RUN_KIND) <= WG_KIND_CUBIC;
-    int64_t y = on_knots ? knots_velocity(&at, data, tick_rate) : wave_velocity(&at, data, tick_rate);
+    int64_t y =
+        on_knots ? knots_velocity(&at, data, tick_rate) : wave_velocity(&at, data, tick_rate);
     y = (y * (1 << shift)) >> (on_knots ? 10 : 12);
     return y < INT32_MIN ? INT32_MIN : y > INT32_MAX ? INT32_MAX : (int32_t)y;
 }
