@@ -14,7 +14,8 @@ AR     := $(CROSS)ar
 CFLAGS += $(STD) $(WARN) $(OPT) $(CPU) -g -MMD -MP -ffunction-sections -fdata-sections
 PURE_I := -Iinclude -Ifirmware/player/mem/$(MEM)
 
-PLAYER := $(patsubst %.c,$B/%.o,$(wildcard firmware/player/*.c firmware/player/mem/$(MEM)/*.c))
+PLAYER := $(wildcard firmware/player/*.c firmware/player/mem/$(MEM)/*.[cS])
+PLAYER := $(patsubst %,$B/%.o,$(basename $(PLAYER)))
 DEVICE := $(patsubst %.c,$B/%.o,$(wildcard firmware/device/*.c))
 
 .PHONY: all player device bake test check bench budget demo run clean help setup pure format
@@ -31,6 +32,9 @@ $B/%.a:
 $B/firmware/player/%.o: firmware/player/%.c
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $(PURE_I) -c $< -o $@
+$B/firmware/player/%.o: firmware/player/%.S
+	@mkdir -p $(@D)
+	$(CC) $(CPU) -g -c $< -o $@
 $B/firmware/device/%.o: firmware/device/%.c
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS) $(PURE_I) -Ifirmware/player -c $< -o $@

@@ -14,8 +14,8 @@ typedef struct {
     bake_spline_report *report; /* of the solved ones, zero for the others */
 } author_clip;
 
-/* Solves and loads everything in clip `index`. The tick rate is the scene's, or the highest up to 1000
- * (10000 if need be) a second on which every key lies exactly; key times are rounded to it. */
+/* Solves and loads everything in clip `index`. The tick rate is the scene's, or the highest up to
+ * 1000 (10000 if need be) a second on which every key lies exactly; key times are rounded to it. */
 int author_clip_make(const scene *s, int index, author_clip *out, bake_error *error);
 void author_clip_free(author_clip *c);
 

@@ -186,7 +186,7 @@ static void count_operations(const wg_file *file, int clip, certificate *c)
     }
 }
 
-/* wg_file, wg_player, wg_layer, wg_servo on a 32-bit processor: tests/fw_size.c asserts the sizes. */
+/* wg_file, wg_player, wg_layer, wg_servo on a 32-bit processor: tests/fw_size.c asserts them. */
 static size_t ram(const scene *s)
 {
     size_t layers = s->layer_count > 0 ? (size_t)s->layer_count : 1;

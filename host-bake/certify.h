@@ -37,7 +37,7 @@ typedef struct {
     int failed;          /* channels over their tolerance */
 } certificate;
 
-/* Replays `file` (opened from b->file or from disk; it must have the scene's clips and channels). */
+/* Replays `file`, opened from b->file or from disk; it must have the scene's clips and channels. */
 int certify(const build *b, const wg_file *file, size_t file_bytes, certificate *out,
             bake_error *error);
 void certificate_free(certificate *c);

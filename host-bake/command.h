@@ -23,7 +23,7 @@ typedef struct {
 int options_parse(int argc, char **argv, option *options, const char **words, int most,
                   bake_error *error);
 const char *option_value(const option *options, const char *name);
-/* A positive number, or `otherwise` when the option is absent; -1 and a message if it is neither. */
+/* A positive number, or `otherwise` without the option; -1 and a message if it is neither. */
 double option_number(const option *options, const char *name, double otherwise, bake_error *error);
 
 int command_bake(int argc, char **argv, bake_error *error);
@@ -44,7 +44,7 @@ void clip_release(clip_disk *c);
 /* What went wrong when wg_open refused a file. */
 const char *clip_complaint(int code);
 
-/* Name `index` of the NAMES section, or "" where there is none: channels, clips, servos, layers, events. */
+/* Name `index` of its kind in the NAMES section, or "" where there is none. */
 typedef enum { NAME_CHANNEL, NAME_CLIP, NAME_SERVO, NAME_LAYER, NAME_EVENT } name_kind;
 const char *clip_name(const wg_file *file, name_kind kind, int index);
 

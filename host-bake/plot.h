@@ -18,7 +18,7 @@ typedef struct {
     plot_line line[4];
 } plot_panel;
 
-/* Panels under each other, two columns when there are more than six. Written whole or not at all. */
+/* Panels under each other, in two columns from seven on. Written whole or not at all. */
 int plot_png(const char *path, const char *title, const plot_panel *panels, int count,
              bake_error *error);
 

@@ -102,8 +102,8 @@ static void check_key(const bake_work *work, int k, const double state[3], const
         widen(worst, fabs(state[2] - p->end_value[end]), size[2]);
 }
 
-/* What a violation is measured against. A derivative of order i is made of values of this size over H^i: a
- * straight line's acceleration is their rounding, not 0, and must not be compared with itself. */
+/* What a violation is measured against. A derivative of order i is made of values over H^i: a line
+ * has an acceleration of their rounding, not 0, which must not be compared with itself. */
 static void curve_size(const bake_work *work, const end_states *ends, double size[3])
 {
     for (int i = 0; i < 3; i++) {

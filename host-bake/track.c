@@ -37,8 +37,8 @@ void track_append(bake_track *track, track_run *run)
     memset(run, 0, sizeof *run);
 }
 
-/* Where `part` stands in `data` on a multiple of `unit`; appended if it is not there. Poses that share
- * their key times so share the table. */
+/* Where `part` stands in `data` on a multiple of `unit`; appended if it is not there. So poses that
+ * share their key times share the table. */
 static uint32_t place(bytes *data, const bytes *part, size_t unit)
 {
     for (size_t i = 0; i + part->count <= data->count; i += unit) {

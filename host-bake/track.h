@@ -6,7 +6,7 @@
 #include "bytes.h"
 #include "wiggly.h"
 
-/* One run of SPEC 4.4 before it has offsets. values: knots (v or v, d) or four coefficients a segment. */
+/* A run of SPEC 4.4 without its offsets. value: knots (v or v, d), or 4 coefficients a segment. */
 typedef struct {
     int start, segments;
     int kind, shift, aux;
@@ -29,7 +29,7 @@ void track_free(bake_track *track);
 /* Moves `run` to the end of `track`. */
 void track_append(bake_track *track, track_run *run);
 
-/* Appends a run's 20-byte record, and its times and values to `data` unless equal bytes are there. */
+/* Appends a run's record, and its times and values to `data` unless equal bytes are there. */
 void track_put_run(const track_run *run, bytes *runs, bytes *data);
 
 /* A track on its own, read by the player: what the device will show. */

@@ -99,8 +99,8 @@ void wg_clip_sample(const wg_file *file, uint8_t clip, uint32_t time_us, int32_t
 
 #define WG_SPEED_ONE ((int32_t)65536) /* Q16.16; negative plays backwards */
 
-/* Events of at most this many turns of a loop are reported after one update: a hostile clip may turn
- * 125,000 times a second. */
+/* Events of at most this many turns of a loop are reported after one update: a hostile clip may
+ * turn 125,000 times a second. */
 #define WG_WRAPS_MAX 255u
 
 /* One layer's state. Time runs on the unfolded axis [0, period) in us Q16 (48 bits), so that a
@@ -168,10 +168,10 @@ void wg_player_end(wg_player *p, uint8_t layer, uint8_t end);
  * Starting a ramp inside another continues from the weight it had. */
 void wg_player_fade(wg_player *p, uint8_t layer, uint16_t weight, uint32_t fade_us);
 
-/* Cross-fades to `clip` over `fade_us` with two neighbouring layers `lower` and lower + 1: the upper
+/* Cross-fades to `clip` over `fade_us` with two neighbouring layers, `lower` and lower + 1. The upper
  * one gets the clip unless it is shown (weight above 1/2), and its weight covers or uncovers the
- * lower one. Inside a running cross-fade the clip that weighs less is replaced, which shows: by less
- * than half of what they differ. A layer that has faded out goes on and still reports its events. */
+ * lower one. Inside a running cross-fade the clip that weighs less is replaced, which shows by less
+ * than half of what they differ. A layer that has faded out goes on and still reports events. */
 void wg_player_crossfade(wg_player *p, uint8_t lower, uint8_t clip, uint32_t fade_us);
 
 /* Where a layer is, and whether it has come to the end of a clip that does not repeat. */

@@ -1,5 +1,5 @@
-/* Footprint image: everything a stand-alone puppet calls, and nothing of a board: player, limiter and
- * one servo protocol, all 16 channels and 2 layers of the RAM budget. It is linked, never run.
+/* Footprint image: everything a stand-alone puppet calls and nothing of a board: player, limiter
+ * and one servo protocol, the 16 channels and 2 layers of the RAM budget. It is linked, never run.
  * tests/tools/budget.py subtracts `_start` and reads the sizes below.
  * SPDX-License-Identifier: MIT */
 #include "maestro.h"

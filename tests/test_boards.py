@@ -5,6 +5,7 @@ and compares with the host.
     test_boards.py CLIP.wgl [BOARD...]     tests/scenes/buses.yaml has servos of every protocol
 
     hash   one hash of everything the player computes, equal to the host's
+    mul    the hashes of every wide product, equal to the host's
     bus    the firmware's bytes on the servo bus, equal to the host's and in two runs
     i2c    what arrives in a memory at address 0x40, where the emulator has one
     hal    each hal function: time, all byte values, received bytes, exit code, silence on I2C
@@ -95,6 +96,7 @@ def test_hal(board, clip):
 def test_board(board, clip, host):
     test_hal(board, clip)
     check(f"{board} hash", run(board, build(board, "tests/fw_hash.c", clip))[:2], host["hash"])
+    check(f"{board} products", run(board, build(board, "tests/fw_mul.c", clip))[:2], host["mul"])
     image = build(board, "firmware/main.c", clip)
     first = run(board, image)
     check(f"{board} two runs", run(board, image), first)
@@ -114,6 +116,8 @@ def main(clip, boards):
     test_hal("host", clip)
     hash_run = run("host", build("host", "tests/fw_hash.c", clip))
     host = {"hash": hash_run[:2], "bus": run("host", build("host", "firmware/main.c", clip))[2]}
+    host["mul"] = run("host", build("host", "tests/fw_mul.c", clip))[:2]
+    check("host products", (host["mul"][0], len(host["mul"][1])), (0, 8))
     check("host hash", [hash_run[0], [line[:5] for line in hash_run[1]]], [0, ["hash "]])
     check("the clip moves servos on the bus", len(host["bus"]) > 100, True)
     for board in boards:

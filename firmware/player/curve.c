@@ -12,8 +12,8 @@ static int32_t knots_value(const wg_span *at, const uint8_t *data, uint8_t kind)
     return fix_add(y.v, wg_times_u(half_u, t));
 }
 
-/* What each kind is made of (SPEC 6.3, step 4); the parameters of the first pair come first. Blocks, so
- * that the cases share their stack. */
+/* What each kind is made of (SPEC 6.3, step 4); the parameters of the first pair come first.
+ * Blocks, so that the cases share their stack. */
 static int32_t wave_value(const wg_span *at, const uint8_t *data, uint8_t kind)
 {
     unsigned aux = wg_rd8(at->run + WG_RUN_AUX);

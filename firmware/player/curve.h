@@ -4,8 +4,6 @@
 #ifndef WIGGLY_CURVE_H
 #define WIGGLY_CURVE_H
 
-#include <stddef.h>
-
 #include "clip.h"
 #include "fix.h"
 
@@ -13,17 +11,18 @@
 typedef struct {
     const uint8_t *run;
     uint32_t dt_q16; /* ticks since the segment's start, 0 .. ticks 2^16 */
-    uint32_t ticks;  /* the segment's length h, 1..65535 */
-    uint32_t index;  /* in the run */
+    unsigned ticks;  /* the segment's length h, 1..65535 */
+    unsigned index;  /* in the run */
 } wg_span;
 
-/* The last run that starts at or before `tick`. At most 16 rounds: counts are 16 bits. */
-static inline const uint8_t *wg_find_run(const wg_file *file, const uint8_t *track, uint32_t tick)
+/* The last run that starts at or before `tick`. At most 16 rounds: counts are 16 bits. Where
+ * `unsigned` has 16 bits so has a pointer, and no offset in an open clip wraps. */
+static inline const uint8_t *wg_find_run(const wg_file *file, const uint8_t *track, unsigned tick)
 {
     const uint8_t *run =
         wg_record(file, WG_SECTION_RUNS, wg_rd16(track + WG_TRACK_RUN_FIRST), WG_RUN_BYTES);
-    for (uint32_t count = wg_rd16(track + WG_TRACK_RUN_COUNT); count > 1;) {
-        uint32_t half = count >> 1;
+    for (unsigned count = wg_rd16(track + WG_TRACK_RUN_COUNT); count > 1;) {
+        unsigned half = count >> 1;
         const uint8_t *middle = run + half * WG_RUN_BYTES;
         run = wg_rd16(middle + WG_RUN_START) <= tick ? middle : run;
         count -= half;
@@ -35,30 +34,30 @@ static inline const uint8_t *wg_find_run(const wg_file *file, const uint8_t *tra
  * on the count alone, ceil(log2(segments)) <= 16, so a tick costs the same wherever it falls. */
 static inline wg_span wg_find_span(const wg_file *file, uint16_t track, uint32_t position)
 {
-    uint32_t tick = position >> 16;
+    unsigned tick = (uint16_t)(position >> 16);
     wg_span at;
     at.run = wg_find_run(file, wg_record(file, WG_SECTION_TRACKS, track, WG_TRACK_BYTES), tick);
     const uint8_t *times = file->section[WG_SECTION_DATA].at + wg_rd32(at.run + WG_RUN_TIMES);
     const uint8_t *passed =
         times - 2; /* the last end known to have passed; none yet: still in the file */
-    uint32_t count = wg_rd16(at.run + WG_RUN_SEGMENTS);
-    for (uint32_t half = count >> 1; half > 0; half = count >> 1) {
+    unsigned count = wg_rd16(at.run + WG_RUN_SEGMENTS);
+    for (unsigned half = count >> 1; half > 0; half = count >> 1) {
         const uint8_t *middle = passed + 2u * half;
         passed = wg_rd16(middle) <= tick ? middle : passed;
         count -= half;
     }
-    uint32_t start = wg_rd16(passed < times ? at.run + WG_RUN_START : passed);
-    at.index =
-        (uint32_t)(size_t)(passed + 2 - times) >> 1; /* size_t: unsigned on AVR's 16 bits too */
+    unsigned start = wg_rd16(passed < times ? at.run + WG_RUN_START : passed);
+    /* unsigned first: ptrdiff_t has 16 bits on AVR */
+    at.index = (unsigned)(passed + 2 - times) >> 1;
     at.ticks = wg_rd16(passed + 2) - start;
-    at.dt_q16 = position - (start << 16);
+    at.dt_q16 = position - ((uint32_t)start << 16);
     return at;
 }
 
 /* dt / h as Q31, in [0, 1); the quotient of the constant is off by less than h 2^-32 (DESIGN 6). */
 static inline int32_t wg_fraction_q31(const wg_span *at)
 {
-    return wg_mul17(at->dt_q16, UINT32_C(0xffffffff) / at->ticks);
+    return wg_mul17(at->dt_q16, wg_inverse(at->ticks));
 }
 
 /* ---- waves ------------------------------------------------------------------------------------- */
@@ -79,7 +78,7 @@ static inline wg_pair wg_unit_pair(const wg_span *at)
 static inline int32_t wg_decay(uint32_t ticks_q16, uint32_t kappa_q24)
 {
     uint32_t bits = wg_mul29(ticks_q16, kappa_q24);
-    return bits >> 29 ? 0 : fix_exp2n(bits);
+    return bits < UINT32_C(1) << 29 ? fix_exp2n(bits) : 0;
 }
 
 /* ((u + v)/2, 2^k (u - v)/2) with u, v decaying from the right and the left end: cosh and sinh of
@@ -88,7 +87,7 @@ static inline wg_pair wg_exp_pair(const wg_span *at, const uint8_t *param, unsig
 {
     uint32_t kappa = wg_rd32(param + WG_PARAM_RATE);
     int32_t v = wg_decay(at->dt_q16, kappa);
-    int32_t u = wg_decay((at->ticks << 16) - at->dt_q16, kappa);
+    int32_t u = wg_decay(((uint32_t)at->ticks << 16) - at->dt_q16, kappa);
     wg_pair p = {(u + v) >> 1, fix_shl(u - v, sinh_shift) >> 1};
     return p;
 }
@@ -96,7 +95,7 @@ static inline wg_pair wg_exp_pair(const wg_span *at, const uint8_t *param, unsig
 /* (cos, sin) of the phase from the segment's middle. The product is at most 2^31 2^31. */
 static inline wg_pair wg_trig_pair(const wg_span *at, const uint8_t *param)
 {
-    int32_t middle_q16 = (int32_t)(at->dt_q16 - (at->ticks << 15));
+    int32_t middle_q16 = (int32_t)(at->dt_q16 - ((uint32_t)at->ticks << 15));
     fix_turn t = fix_sincos(wg_mulsm(middle_q16, (int32_t)wg_rd32(param + WG_PARAM_RATE)));
     wg_pair p = {t.cosine, t.sine};
     return p;
@@ -104,7 +103,7 @@ static inline wg_pair wg_trig_pair(const wg_span *at, const uint8_t *param)
 
 /* Coefficients of a segment, behind `params` parameters of the run. */
 static inline const uint8_t *wg_coefficients(const wg_span *at, const uint8_t *data,
-                                             uint32_t params)
+                                             unsigned params)
 {
     return data + params * WG_PARAM_BYTES + at->index * 8u;
 }
@@ -137,7 +136,7 @@ typedef struct {
 } wg_cubic;
 
 /* floor(d h 2^(8 - aux)): a knot's velocity over the whole segment. |d h| < 2^31. */
-static inline int32_t wg_knot_slope(const uint8_t *d, uint32_t ticks, unsigned aux)
+static inline int32_t wg_knot_slope(const uint8_t *d, unsigned ticks, unsigned aux)
 {
     int32_t slope = (int16_t)wg_rd16(d) * (int32_t)ticks;
     return aux < 8 ? fix_shl(slope, 8u - aux) : slope >> (aux - 8u);
@@ -145,7 +144,7 @@ static inline int32_t wg_knot_slope(const uint8_t *d, uint32_t ticks, unsigned a
 
 static inline wg_cubic wg_knots_at(const wg_span *at, const uint8_t *data, uint8_t kind)
 {
-    uint32_t stride = kind == WG_KIND_CUBIC ? 4u : 2u;
+    unsigned stride = kind == WG_KIND_CUBIC ? 4u : 2u;
     const uint8_t *left = data + at->index * stride;
     wg_cubic y = {fix_shl((int16_t)wg_rd16(left), 10), 0, 0, 0};
     if (kind == WG_KIND_HELD) {

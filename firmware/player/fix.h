@@ -34,11 +34,10 @@ static inline int32_t fix_mulq(int32_t a, int16_t b)
     return wg_mulq(a, b);
 }
 
-/* floor(a w / 2^15) for a weight w in 0..32768; w = 32768 gives a itself. */
+/* floor(a w / 2^15) for a weight w in 0..32768 and |a| <= 2^30; w = 32768 gives a itself. */
 static inline int32_t fix_weigh(int32_t a, uint16_t w)
 {
-    int32_t high = (a >> 16) * (int32_t)w * 2; /* |a| <= 2^30: the true sum fits */
-    return high + (int32_t)(((uint32_t)a & 0xffffu) * w >> 15);
+    return wg_weigh(a, w);
 }
 
 /* a + b and a - b modulo 2^32: defined for every pair. */
@@ -61,7 +60,7 @@ static inline int32_t fix_shl(int32_t a, unsigned bits)
 /* round(a / 2^bits), halves up; bits in 1..30. */
 static inline int32_t fix_round(int32_t a, unsigned bits)
 {
-    return fix_add(a >> (bits - 1), 1) >> 1;
+    return fix_add(wg_shr(a, bits - 1), 1) >> 1;
 }
 
 static inline int32_t fix_clamp(int32_t a, int32_t lo, int32_t hi)
@@ -83,10 +82,10 @@ extern const int32_t fix_exp2_table[32];
  * With z = 32 frac: 1 - 2^(-z/32) = z (a1 - a2 z); the constants are a1 2^33 and a2 2^34. */
 static inline int32_t fix_exp2n(uint32_t p_q24)
 {
-    int32_t step = (int32_t)wg_rd32(&fix_exp2_table[(p_q24 >> 19) & 31u]);
+    int32_t step = (int32_t)wg_rd32(&fix_exp2_table[(uint8_t)(p_q24 >> 16) >> 3]);
     int32_t z_q31 = (int32_t)((p_q24 & UINT32_C(0x7ffff)) << 12);
     int32_t drop_q32 = fix_mulh(z_q31, INT32_C(0x0b170939) - fix_mulh(z_q31, INT32_C(0x003ce234)));
-    return (step - fix_mulh(step, drop_q32)) >> (p_q24 >> 24);
+    return wg_shr(step - fix_mulh(step, drop_q32), (unsigned)(p_q24 >> 24));
 }
 
 /* Cosine and sine in Q30. */

@@ -31,7 +31,7 @@ static uint64_t wrap(uint64_t *at, uint64_t length)
     return turns;
 }
 
-/* Distance to the seam: forwards the head crosses it by reaching the axis' end, backwards by passing 0. */
+/* The head crosses the seam forwards by reaching the axis' end, backwards by passing 0. */
 void wg_layer_advance(const wg_file *file, wg_layer *l, uint32_t dt_us)
 {
     uint64_t length = period(file, l);

@@ -93,7 +93,7 @@ bool wg_player_ended(const wg_player *p, uint8_t layer)
  */
 
 /* 6 u^5 - 15 u^4 + 10 u^3 in Q15: C2 at both ends, where a cubic fade is only C1 (DESIGN 9, S7).
- * Less than 1.01 units off and never falling; both are checked over all u by test_player_layer.c. */
+ * Less than 1.01 units off and never falling: test_player_layer.c tries all u. */
 static uint32_t quintic_q15(uint32_t u)
 {
     uint32_t square = u * u;                                                     /* Q30 */
