@@ -30,8 +30,9 @@ static inline const uint8_t *wg_find_run(const wg_file *file, const uint8_t *tra
     return run;
 }
 
-/* The first segment that ends after the position's tick, else the last one. The number of rounds depends
- * on the count alone, ceil(log2(segments)) <= 16, so a tick costs the same wherever it falls. */
+/* The first segment that ends after the position's tick, else the last one. The number of rounds
+ * depends on the count alone, ceil(log2(segments)) <= 16, so a tick costs the same wherever it
+ * falls. */
 static inline wg_span wg_find_span(const wg_file *file, uint16_t track, uint32_t position)
 {
     unsigned tick = (uint16_t)(position >> 16);
@@ -60,7 +61,7 @@ static inline int32_t wg_fraction_q31(const wg_span *at)
     return wg_mul17(at->dt_q16, wg_inverse(at->ticks));
 }
 
-/* ---- waves ------------------------------------------------------------------------------------- */
+/* ---- waves ----------------------------------------------------------------------------------- */
 
 /* A pair of basis functions in Q30: the even one and the odd one about the segment's middle. */
 typedef struct {
@@ -127,7 +128,7 @@ static inline int32_t wg_sum(const uint8_t *c, wg_pair a, wg_pair b)
     return fix_add(p, q) >> 2;
 }
 
-/* ---- knots ------------------------------------------------------------------------------------- */
+/* ---- knots ----------------------------------------------------------------------------------- */
 
 /* The cubic through a segment's two knots as y = v + t (m + t (b + t a)), Q10; LINEAR has m = the
  * difference and no more, HELD nothing at all. */

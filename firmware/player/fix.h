@@ -74,12 +74,13 @@ static inline int32_t fix_value(int64_t a)
     return a < -FIX_VALUE_MAX ? -FIX_VALUE_MAX : a > FIX_VALUE_MAX ? FIX_VALUE_MAX : (int32_t)a;
 }
 
-/* round(2^(30 - i/32)), i = 0..31, but 2^30 - 1 for i = 0, so that the sum of two exponentials is an
- * int32; read through wg_rd32. */
+/* round(2^(30 - i/32)), i = 0..31, but 2^30 - 1 for i = 0, so that the sum of two exponentials is
+ * an int32; read through wg_rd32. */
 extern const int32_t fix_exp2_table[32];
 
-/* 2^-p, p in UQ8.24 below 32, as Q30; 0 from p = 31 on. Error <= 2^-23.4 of 1 (the fit has 2^-23.9).
- * With z = 32 frac: 1 - 2^(-z/32) = z (a1 - a2 z); the constants are a1 2^33 and a2 2^34. */
+/* 2^-p, p in UQ8.24 below 32, as Q30; 0 from p = 31 on. Error <= 2^-23.4 of 1 (the fit has
+ * 2^-23.9). With z = 32 frac: 1 - 2^(-z/32) = z (a1 - a2 z); the constants are a1 2^33 and
+ * a2 2^34. */
 static inline int32_t fix_exp2n(uint32_t p_q24)
 {
     int32_t step = (int32_t)wg_rd32(&fix_exp2_table[(uint8_t)(p_q24 >> 16) >> 3]);
