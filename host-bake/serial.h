@@ -5,8 +5,8 @@
 
 #include "bake.h"
 
-/* Opens a serial device, a pty, a pipe or a file for writing; *paced = 1 when it is a terminal line,
- * whose other end expects frames in real time. Returns a descriptor, or -1 with a message. */
+/* Opens a serial device, a pty, a pipe or a file for writing; *paced = 1 for a terminal line, whose
+ * other end expects frames in real time. Returns a descriptor, or -1 with a message. */
 int serial_open(const char *path, long baud, int *paced, bake_error *error);
 int serial_write(int line, const void *data, size_t count, bake_error *error);
 

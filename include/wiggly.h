@@ -168,8 +168,8 @@ void wg_player_end(wg_player *p, uint8_t layer, uint8_t end);
  * Starting a ramp inside another continues from the weight it had. */
 void wg_player_fade(wg_player *p, uint8_t layer, uint16_t weight, uint32_t fade_us);
 
-/* Cross-fades to `clip` over `fade_us` with two neighbouring layers, `lower` and lower + 1. The upper
- * one gets the clip unless it is shown (weight above 1/2), and its weight covers or uncovers the
+/* Cross-fades to `clip` over `fade_us` with two neighbouring layers, `lower` and lower + 1. The
+ * upper one gets the clip unless it is shown (weight above 1/2), and its weight covers or uncovers the
  * lower one. Inside a running cross-fade the clip that weighs less is replaced, which shows by less
  * than half of what they differ. A layer that has faded out goes on and still reports events. */
 void wg_player_crossfade(wg_player *p, uint8_t lower, uint8_t clip, uint32_t fade_us);

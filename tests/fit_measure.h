@@ -1,5 +1,5 @@
-/* What the fit is asked for and what came of it: ranges, problems as the baker states them, errors as
- * the certificate sees them.
+/* What the fit is asked for and what came of it: ranges, problems as the baker states them, errors
+ * as the certificate sees them.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef FIT_MEASURE_H
 #define FIT_MEASURE_H
