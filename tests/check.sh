@@ -65,7 +65,10 @@ for clip in nod puppet buses; do
     step "same bits, every board: $clip" $python tests/test_boards.py build/check/$clip.wgl
 done
 step "budgets" $python tests/tools/budget.py
+step "bytes beside other formats" $python tests/bench/bench_bytes.py --check
 step "README commands" $python tests/test_readme.py
+
+step "demo" make -s demo
 
 echo "$passed passed, $failed failed"
 [ $failed -eq 0 ]
