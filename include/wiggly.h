@@ -1,22 +1,23 @@
 /* wiggly: the player's whole API. A clip file and a time go in, channel values come out.
  *
- *   static wg_file file;                                 // where things are in the clip: no copy
- * of it static wg_layer layers[CLIP_LAYERS];                 // CLIP_* come from the baked <clip>.h
+ *   static wg_file file;                // where things are in the clip: no copy of it
+ *   static wg_layer layers[CLIP_LAYERS];          // CLIP_* come from the baked <clip>.h
  *   static wg_player player;
  *   static int32_t values[CLIP_CHANNELS];
  *
- *   if (wg_open(&file, clip, sizeof clip) < 0) stop();   // the only call that can fail
+ *   if (wg_open(&file, CLIP_DATA, CLIP_BYTES) < 0) stop(); // the only call that can fail
  *   wg_player_init(&player, &file, layers, CLIP_LAYERS);
  *   for (;;) {
- *       wg_player_update(&player, now_us);               // any tick, any clock that wraps
+ *       wg_player_update(&player, now_us);        // any tick, any clock that wraps
  *       while (wg_player_event(&player, &event)) react(event);
- *       wg_player_sample(&player, values);               // value = raw / 2^frac of its channel
+ *       wg_player_sample(&player, values);        // value = raw / 2^frac of its channel
  *   }
  *
  * The clip is untrusted, the caller is trusted: wg_open checks every offset, count and index once;
- * after it nothing can fail or read outside the clip. No function keeps state of its own,
- * allocates, recurses or calls out. All mutable state is in wg_player and wg_layer[]; a snapshot is
- * a memcpy. SPDX-License-Identifier: MIT */
+ * after it nothing can fail or read outside the clip. No function keeps state of its own, allocates,
+ * recurses or calls out. All mutable state is in wg_player and wg_layer[]: a snapshot is a memcpy.
+ *
+ * SPDX-License-Identifier: MIT */
 #ifndef WIGGLY_H
 #define WIGGLY_H
 
@@ -78,8 +79,8 @@ uint32_t wg_clip_position(const wg_file *file, uint8_t clip, uint32_t time_us);
 /* Value of one track at a position: raw units of its channel.                            [SPEC 6.3]
  *   track    index into TRACKS, below its count
  *   position ticks UQ16.16, up to the end of its last run; wg_clip_position never gives more
- *   error    <= 2^-13 of the channel's range against the authored spline for clips by our baker,
- *            derived in DESIGN 6, measured for every clip by its certificate
+ *   error    for clips by our baker: the channel's tolerance, by default 2^-13 of its range over
+ *            all clips; derived in DESIGN 6, measured for every clip by its certificate
  *   cost     bounded by ceil(log2(segments)) + a constant; the same whatever was sampled before */
 int32_t wg_track_value(const wg_file *file, uint16_t track, uint32_t position);
 
