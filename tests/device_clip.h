@@ -1,5 +1,6 @@
 /* What the tests of the servo protocols share: a clip of servos that stand still, and the packets
- * of tests/vectors/servo_frames.csv. SPDX-License-Identifier: MIT */
+ * of tests/vectors/servo_frames.csv.
+ * SPDX-License-Identifier: MIT */
 #ifndef DEVICE_CLIP_H
 #define DEVICE_CLIP_H
 

@@ -7,7 +7,8 @@
  *   if (bytes > 0) hal_bus_write(frame, (uint16_t)bytes);
  *
  * wg_dynamixel2_frame and wg_pca9685_frame are the same for the other protocols. The caller names
- * the protocol it wants, so that only that one is linked. SPDX-License-Identifier: MIT */
+ * the protocol it wants, so that only that one is linked.
+ * SPDX-License-Identifier: MIT */
 #ifndef WIGGLY_BUS_H
 #define WIGGLY_BUS_H
 

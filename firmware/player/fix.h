@@ -2,7 +2,8 @@
  * Source: own; the polynomials are minimax fits, regenerated and checked by
  * tests/reference/fix_oracle.py. Every operation is exact integer arithmetic with the stated
  * rounding, so the bits are the same on every target; sums that may leave int32 on a hostile clip
- * wrap through uint32 and are never undefined. SPDX-License-Identifier: MIT */
+ * wrap through uint32 and are never undefined.
+ * SPDX-License-Identifier: MIT */
 #ifndef WIGGLY_FIX_H
 #define WIGGLY_FIX_H
 

@@ -1,7 +1,8 @@
 /* A layer's head on its unfolded time axis, and the events it passes.
  * Source: own (SPEC 6.7). The axis is [0, period): the duration, or twice it for a ping-pong clip,
  * whose second half shows the clip backwards. Positions are exact integers (us Q16), so no drift
- * exists. SPDX-License-Identifier: MIT */
+ * exists.
+ * SPDX-License-Identifier: MIT */
 #include "layer.h"
 #include "clip.h"
 

@@ -1,6 +1,7 @@
 /* Opening a clip: the one place where anything is checked (SPEC 5).
  * Source: own. After wg_open the evaluator reads without looking: each check names the read it
- * makes safe. SPDX-License-Identifier: MIT */
+ * makes safe.
+ * SPDX-License-Identifier: MIT */
 #include "clip.h"
 
 /* CRC-32 (ISO-HDLC) bit by bit: no table, because it runs once. Rounds: 8 a byte. */

@@ -1,5 +1,6 @@
 /* The part of string.h that mem.c implements, for compilers that come without a C library: such a
- * board puts this directory on its include path. SPDX-License-Identifier: MIT */
+ * board puts this directory on its include path.
+ * SPDX-License-Identifier: MIT */
 #ifndef BARE_STRING_H
 #define BARE_STRING_H
 
