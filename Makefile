@@ -1,4 +1,5 @@
 # wiggly: see `make help`. One file, GNU make, no configure; objects in build/$(BOARD)/.
+# SPDX-License-Identifier: MIT
 BOARD ?= host
 B ?= build/$(BOARD)
 include boards/$(BOARD)/board.mk
@@ -60,10 +61,13 @@ build/tests/test_bake_%: tests/test_bake_%.c build/libbake.a build/host/libplaye
 SAN      ?= -fsanitize=address,undefined -fno-sanitize-recover=undefined
 PURE_SRC := $(wildcard firmware/player/*.c firmware/player/mem/near/*.c firmware/device/*.c)
 PURE_CF  := $(STD) $(WARN) -O1 -g $(SAN) $(PURE_I) -Itests -Ifirmware/player -Ifirmware/device
-PURE_H   := $(wildcard firmware/*/*.h include/*.h tests/*.h tests/fuzz/*.h)
+PURE_H   := $(wildcard firmware/*/*.h include/*.h hal/*.h tests/*.h tests/fuzz/*.h)
 build/tests/test_%: tests/test_%.c $(PURE_SRC) $(PURE_H)
 	@mkdir -p $(@D)
-	gcc $(PURE_CF) $(filter %.c,$^) -o $@ -lm
+	gcc $(PURE_CF) $< $(PURE_SRC) -o $@ -lm
+# this one includes the firmware's loop
+build/tests/test_device_loop: PURE_CF += -Ihal
+build/tests/test_device_loop: firmware/main.c
 build/tests/replay: tests/fuzz/replay.c $(PURE_SRC) $(PURE_H)
 	@mkdir -p $(@D)
 	gcc $(PURE_CF) $(filter %.c,$^) -o $@
@@ -83,21 +87,23 @@ build/bench_spline: tests/bench_spline.c build/libbake.a build/host/libplayer.a
 budget: bake tools ## bytes, stack, instructions and cycles against tests/budget/player.csv
 	/usr/bin/python3 tests/tools/budget.py
 format: ## clang-format over everything
-	clang-format -i $$(git ls-files '*.c' '*.h')
+	find . -path ./build -prune -o -name '*.[ch]' -print -o -name '*.cpp' -print | xargs clang-format -i
 
 # ---- boards: an image is a program, the clip, player, device and the board's hal ------------------
-CLIP    ?= build/demo.wgl
-FRAMES  ?= CLIP_FRAMES
+CLIP    ?= build/nod.wgl
+FRAMES  ?= 0
 PROGRAM ?= firmware/main.c
 RUN     ?=
 CLIP_B  := $B/$(basename $(notdir $(CLIP)))
+CLIP_C  := $(basename $(CLIP)).c
 IMAGE   := $(CLIP_B)/$(basename $(notdir $(PROGRAM))).elf
 HAL_O   := $(patsubst %,$B/%.o,$(basename $(wildcard $(HAL:%=hal/%/*.[cS]))))
 HAL_I   := -Ihal -Ihal/bare -Iboards/$(BOARD)
 IMAGE_I := $(PURE_I) -I$(CLIP_B) -Ifirmware/device -Ihal
 .PHONY: image tools stack test-boards
-image: $(IMAGE) ## firmware for BOARD with CLIP=x.wgl linked in; FRAMES=0 never stops
-run: image tools ## runs the firmware for BOARD with CLIP=x.wgl on its emulator
+image: $(IMAGE) ## firmware for BOARD with CLIP=x.wgl linked in; FRAMES=n stops after n frames
+run: FRAMES = CLIP_FRAMES
+run: image tools ## plays CLIP=x.wgl once through on the emulator of BOARD
 	@/usr/bin/python3 tests/tools/run_board.py $(BOARD) $(IMAGE) --bus $(CLIP_B)/bus.bin $(RUN)
 	@echo "servo bus: $$(wc -c < $(CLIP_B)/bus.bin) bytes in $(CLIP_B)/bus.bin, beginning with"
 	@od -An -tx1 -N 96 -w32 $(CLIP_B)/bus.bin
@@ -115,12 +121,20 @@ $B/hal/%.o: hal/%.c
 $B/hal/%.o: hal/%.S
 	@mkdir -p $(@D)
 	$(CC) $(CPU) -g -c $< -o $@
-$(CLIP_B)/clip.c: $(CLIP) tests/tools/wgl2c.py
-	/usr/bin/python3 tests/tools/wgl2c.py $< $(@D)
-# always linked anew: FRAMES is not a file that make could compare
-$(IMAGE): $(PROGRAM) $(CLIP_B)/clip.c $(HAL_O) $B/libdevice.a $B/libplayer.a FORCE
+# the default clip; its baker is the host's, whatever BOARD and its flags are
+build/nod.wgl: examples/nod/nod.yaml $(wildcard host-bake/*.[ch])
+	@MAKEFLAGS= $(MAKE) -s BOARD=host B=build/host bake
+	build/wiggly bake $< -o $@ --quiet
+# the baker writes x.c and x.h beside x.wgl
+$(CLIP_C): $(filter build/nod.wgl,$(CLIP))
+	@test -f $@ || { echo "no $@: bake it with build/wiggly bake SCENE.yaml -o $(CLIP)" >&2; exit 1; }
+# copied and linked anew each time: FRAMES and another directory's x.wgl are no newer files
+$(CLIP_B)/clip.h: $(CLIP_C) FORCE
+	@mkdir -p $(@D)
+	@cp $(basename $(CLIP)).h $@
+$(IMAGE): $(PROGRAM) $(CLIP_C) $(CLIP_B)/clip.h $(HAL_O) $B/libdevice.a $B/libplayer.a FORCE
 	$(CC) $(filter-out -MMD -MP,$(CFLAGS)) $(IMAGE_I) -DBOARD_FRAMES=$(FRAMES) \
-	    $(filter-out FORCE,$^) -Wl,--gc-sections $(LD) -o $@
+	    $(filter %.c %.o %.a,$^) -Wl,--gc-sections $(LD) -o $@
 FORCE:
 pure: player device ## player and device need nothing but integer helpers, for BOARD
 	tests/tools/pure.sh $(CROSS)nm $B/libplayer.a $B/libdevice.a

@@ -1,7 +1,11 @@
 /* The firmware: every 20 ms the linked-in clip becomes servo commands.
  *   hal (time) -> player (channel values) -> device (servo positions, bytes) -> hal (bus)
  * The player is given the time a frame was scheduled for, never the time it happened to run at: the
- * bytes on the bus are the same on every board and in every run, however late a frame was.
+ * bytes on the bus are the same on every board and in every run while no frame is a whole tick late
+ * (a bus too slow for its servos). Frames that are get skipped: the show keeps its length.
+ *
+ * Servos start at their first target, because nobody knows where they stand. Call wg_servo_start
+ * after wg_servo_init for a servo whose position is known, and it approaches gently (servo.h).
  * SPDX-License-Identifier: MIT */
 #include "hal.h"
 #include "wiggly.h"
@@ -17,6 +21,7 @@
 #define BOARD_FRAMES 0 /* how many frames until the firmware stops; 0: it never does */
 #endif
 
+#define TICK_US     ((uint32_t)CLIP_TICK_US)
 #define PWM_CHIPS   (WG_SERVOS_MAX / WG_PCA9685_CHANNELS)
 #define PWM_WAKE_US 500u /* the PCA9685's oscillator starts */
 
@@ -27,6 +32,7 @@ static int32_t values[CLIP_CHANNELS];
 static wg_servo servos[CLIP_SERVOS + 1]; /* an array of none is not C */
 static uint8_t bytes[WG_BUS_BYTES(CLIP_SERVOS)];
 static const wg_pca9685 pwm = WG_PCA9685(25000000, 50);
+static uint16_t maestro_options;
 static uint8_t pwm_chips; /* that the clip uses; 0 when one of them did not answer */
 
 /* `label` and a number of up to five digits. */
@@ -102,8 +108,8 @@ static void pwm_send(void)
     }
 }
 
-/* One frame: the clip at `now_us`, on the bus. */
-static void frame(uint32_t now_us)
+/* One frame: the clip at `now_us`, `dt_us` after the frame before, on the bus. */
+static void frame(uint32_t now_us, uint32_t dt_us)
 {
     wg_event event;
     wg_player_update(&player, now_us);
@@ -111,10 +117,37 @@ static void frame(uint32_t now_us)
         log_number("event ", event.id);
     }
     wg_player_sample(&player, values);
-    wg_servo_step(&file, servos, values, CLIP_TICK_US);
-    send(wg_maestro_frame(&file, servos, WG_MAESTRO_COMPACT, bytes, sizeof bytes));
+    wg_servo_step(&file, servos, values, dt_us);
+    send(wg_maestro_frame(&file, servos, maestro_options, bytes, sizeof bytes));
     send(wg_dynamixel2_frame(&file, servos, bytes, sizeof bytes));
     pwm_send();
+}
+
+/* How many whole ticks have passed since `due_us`. */
+static uint32_t ticks_late(uint32_t due_us)
+{
+    int32_t late_us = (int32_t)(hal_time_us() - due_us);
+    return late_us < (int32_t)TICK_US ? 0 : (uint32_t)late_us / TICK_US;
+}
+
+/* Frames from now on, on schedule: `frame_count` of them, skipped ones included; 0: for ever. */
+static void play(uint32_t frame_count)
+{
+    uint32_t start_us = hal_time_us();
+    uint32_t now_us = 0; /* since start_us; both wrap after 71 minutes, which no frame notices */
+    uint32_t skipped = 0;
+    bool late = false;
+    for (uint32_t count = 0; frame_count == 0 || count < frame_count; count += skipped + 1u) {
+        hal_wait_until(start_us + now_us);
+        skipped = ticks_late(start_us + now_us);
+        if (skipped && !late) {
+            late = true;
+            hal_log("late: frames skipped");
+        }
+        now_us += skipped * TICK_US;
+        frame(now_us, (skipped + 1u) * TICK_US);
+        now_us += TICK_US;
+    }
 }
 
 int main(void)
@@ -128,17 +161,10 @@ int main(void)
     log_number("opened: servos ", file.section[WG_SECTION_SERVOS].count);
     wg_player_init(&player, &file, layers, CLIP_LAYERS);
     wg_servo_init(servos, &file);
+    maestro_options = wg_maestro_options(&file);
     bus_start();
     pwm_start();
-
-    const uint32_t frames = BOARD_FRAMES;
-    uint32_t start_us = hal_time_us();
-    uint32_t now_us = 0; /* since start_us; both wrap after 71 minutes, which no frame notices */
-    for (uint32_t count = 0; frames == 0 || count < frames; count++) {
-        hal_wait_until(start_us + now_us);
-        frame(now_us);
-        now_us += CLIP_TICK_US;
-    }
+    play(BOARD_FRAMES);
     hal_log("done");
     hal_stop(0);
     return 0;

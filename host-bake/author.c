@@ -26,13 +26,16 @@ static int fits(const scene_clip *clip, double duration, int rate)
             good = on_grid(clip->curves[i].keys[k].time, rate);
         }
     }
+    for (int i = 0; good && i < clip->event_count; i++) {
+        good = on_grid(clip->events[i].time, rate);
+    }
     return good;
 }
 
 /* 0 when the clip is too long for a tick a second. */
 static int choose_rate(const scene *s, const scene_clip *clip, double duration)
 {
-    int most = (int)fmin(10000, floor(TICKS_MAX / duration));
+    int most = (int)fmin(SCENE_RATE_MAX, floor(TICKS_MAX / duration));
     if (s->tick_rate > 0) {
         return s->tick_rate <= most ? (int)s->tick_rate : 0;
     }
@@ -71,6 +74,29 @@ static int capture_curve(const scene *s, const scene_curve *c, bake_curve *out, 
     return 0;
 }
 
+/* A capture that is longer than its clip ends with the clip: samples behind the first one at or
+ * after the end have done their work on the spline and go, and what remains of its piece is the
+ * same cubic over less time. `end` [s] is a tick. */
+static void cut_capture(bake_curve *curve, double end)
+{
+    int last = curve->count - 1;
+    while (last > 0 && curve->segment[last].t0 >= end - 1e-9) {
+        last--;
+    }
+    curve->count = last + 1;
+    bake_segment *s = &curve->segment[last];
+    if (s->t1 > end) {
+        double half = 0.5 * (end - s->t0), out[4];
+        bake_segment_eval(s, s->t0 + half, out);
+        const bake_mode none = {0};
+        bake_segment_prepare(s, &none, s->t0, end);
+        s->w[0] = out[0];
+        s->w[1] = out[1] * half;
+        s->w[2] = out[2] * half * half / 2;
+        s->w[3] = out[3] * half * half * half / 6;
+    }
+}
+
 /* A held curve keeps its last key until the clip ends. */
 static int keyed_curve(const scene_curve *c, bake_key *keys, int i, author_clip *a,
                        bake_error *error)
@@ -101,8 +127,9 @@ static int make_curve(const scene *s, const scene_clip *clip, int i, author_clip
                       bake_error *error)
 {
     const scene_curve *c = &clip->curves[i];
-    if (c->kind == CURVE_CAPTURED) {
-        return 0; /* made earlier: the duration depends on it */
+    if (c->kind == CURVE_CAPTURED) { /* made earlier: the duration depends on it */
+        cut_capture(&a->curve[i], (double)a->ticks / a->rate);
+        return 0;
     }
     bake_key *keys = bake_alloc((size_t)c->key_count, sizeof *keys);
     int err = 0;
@@ -147,6 +174,20 @@ static double longest(const scene_clip *clip, const author_clip *a)
     return end;
 }
 
+static int choose_ticks(const scene *s, const scene_clip *clip, author_clip *out, bake_error *error)
+{
+    double duration = clip->duration > 0 ? clip->duration : longest(clip, out);
+    out->rate = duration > 0 && duration < SECONDS_MAX ? choose_rate(s, clip, duration) : 0;
+    if (out->rate == 0) {
+        return bake_fail(error,
+                         "%s:%d: clip %s lasts %g s: a clip has 1 to %g ticks and less than "
+                         "%g s, so set a duration or a lower tick_rate, or split it",
+                         s->path, clip->line, clip->name, duration, TICKS_MAX, SECONDS_MAX);
+    }
+    out->ticks = (int)fmax(1, floor(duration * out->rate + 0.5));
+    return scene_check_events(s, clip, duration, error);
+}
+
 int author_clip_make(const scene *s, int index, author_clip *out, bake_error *error)
 {
     const scene_clip *clip = &s->clips[index];
@@ -161,16 +202,7 @@ int author_clip_make(const scene *s, int index, author_clip *out, bake_error *er
         }
     }
     if (err == 0) {
-        double duration = clip->duration > 0 ? clip->duration : longest(clip, out);
-        out->rate = duration > 0 && duration < SECONDS_MAX ? choose_rate(s, clip, duration) : 0;
-        if (out->rate == 0) {
-            err = bake_fail(error,
-                            "%s:%d: clip %s lasts %g s: a clip has 1 to %g ticks and less than "
-                            "%g s, so set a duration or a lower tick_rate, or split it",
-                            s->path, clip->line, clip->name, duration, TICKS_MAX, SECONDS_MAX);
-        } else {
-            out->ticks = (int)fmax(1, floor(duration * out->rate + 0.5));
-        }
+        err = choose_ticks(s, clip, out, error);
     }
     for (int i = 0; i < clip->curve_count && err == 0; i++) {
         err = make_curve(s, clip, i, out, error);

@@ -15,7 +15,8 @@ typedef struct {
 } author_clip;
 
 /* Solves and loads everything in clip `index`. The tick rate is the scene's, or the highest up to
- * 1000 (10000 if need be) a second on which every key lies exactly; key times are rounded to it. */
+ * 1000 (10000 if need be) a second on which every key and event lies exactly; key times are rounded
+ * to it. A capture longer than the clip is cut at its end. */
 int author_clip_make(const scene *s, int index, author_clip *out, bake_error *error);
 void author_clip_free(author_clip *c);
 

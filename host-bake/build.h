@@ -8,17 +8,21 @@
 
 typedef struct {
     const scene *scene;
-    author_clip *clip;  /* scene.clip_count: the exact curves */
-    bake_track **track; /* [clip][curve] */
-    int *frac;          /* a channel */
-    double *tolerance;  /* a channel, in its unit */
-    double *range;      /* a channel: largest minus smallest value over all clips */
+    author_clip *clip;              /* scene.clip_count: the exact curves */
+    bake_track **track;             /* [clip][curve] */
+    int *frac;                      /* a channel */
+    double *tolerance;              /* a channel, in its unit */
+    double *range;                  /* a channel: the way from its smallest to its largest value */
+    double (*input)[WG_MATRIX_MAX]; /* a matrix filter: how far its inputs get from 0 */
     bytes file;
 } build;
 
 /* Progress on stderr when `verbose` and it is a terminal. */
 int build_make(const scene *s, int verbose, build *out, bake_error *error);
 void build_free(build *b);
+
+/* Chooses frac, tolerance, range and largest of every channel: after the clips are authored. */
+int build_scale(build *b, bake_error *error);
 
 /* Packs tracks and tables into b->file (SPEC 3, 4). */
 int build_pack(build *b, bake_error *error);

@@ -1,24 +1,13 @@
 /* The certificate: replays the finished file with the real player.
  * Source: own (DESIGN 1, promise 4).
  * SPDX-License-Identifier: AGPL-3.0-or-later */
-#include "certify.h"
+#include "certify_parts.h"
 #include "fit.h"
 #include "record.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-const char *servo_unit(int protocol)
-{
-    return protocol == (int)WG_PROTOCOL_DYNAMIXEL2 || protocol == (int)WG_PROTOCOL_NONE ? "steps"
-                                                                                        : "us";
-}
-
-double servo_scale(int protocol)
-{
-    return protocol == (int)WG_PROTOCOL_DYNAMIXEL2 || protocol == (int)WG_PROTOCOL_NONE ? 1 : 0.25;
-}
 
 static const uint8_t *track_record(const wg_file *file, int clip, int curve)
 {
@@ -37,7 +26,10 @@ static int check_match(const build *b, const wg_file *file, bake_error *error)
     const scene *s = b->scene;
     int good = file->section[WG_SECTION_CHANNELS].count == s->channel_count &&
                file->section[WG_SECTION_CLIPS].count == s->clip_count &&
-               file->section[WG_SECTION_SERVOS].count == s->servo_count;
+               file->section[WG_SECTION_SERVOS].count == s->servo_count &&
+               file->section[WG_SECTION_LAYERS].count == s->layer_count &&
+               file->section[WG_SECTION_FILTERS].count == s->filter_count &&
+               file->section[WG_SECTION_TRIGGERS].count == s->trigger_count;
     for (int i = 0; good && i < s->clip_count; i++) {
         const uint8_t *c = clip_record(file, i);
         good = get16(c + WG_CLIP_TRACK_COUNT) == s->clips[i].curve_count &&
@@ -49,8 +41,8 @@ static int check_match(const build *b, const wg_file *file, bake_error *error)
     }
     return good ? 0
                 : bake_fail(error,
-                            "%s: the clip was not baked from this scene (other clips, channels or "
-                            "lengths): bake it again",
+                            "%s: the clip was not baked from this scene (other clips, channels, "
+                            "layers or lengths): bake it again",
                             s->path);
 }
 
@@ -88,72 +80,6 @@ static void replay_channel(const build *b, const wg_file *file, certificate_chan
         }
     }
     c->rms = sqrt(sum / places);
-}
-
-#define FRAME_US 20000
-
-/* The servo's position in its own units, not rounded and not limited. */
-static double servo_at(const wg_file *file, int servo, int32_t raw)
-{
-    const uint8_t *r = record(file, WG_SECTION_SERVOS, servo, WG_SERVO_BYTES);
-    double gain = ldexp((int16_t)get16(r + WG_SERVO_GAIN), -get8(r + WG_SERVO_GAIN_SHIFT));
-    return ((int32_t)get32(r + WG_SERVO_OFFSET) + raw * gain) / 256;
-}
-
-/* Peaks of the differences of four successive frames p[0..3]. */
-static void peaks(const double p[4], int known, certificate_servo *c)
-{
-    const double dt = FRAME_US * 1e-6;
-    if (known > 1) {
-        c->velocity = fmax(c->velocity, fabs(p[3] - p[2]) / dt);
-    }
-    if (known > 2) {
-        c->acceleration = fmax(c->acceleration, fabs(p[3] - 2 * p[2] + p[1]) / (dt * dt));
-    }
-    if (known > 3) {
-        c->jerk = fmax(c->jerk, fabs(p[3] - 3 * p[2] + 3 * p[1] - p[0]) / (dt * dt * dt));
-    }
-}
-
-/* Limits that the frame before last to last exceed: the limiter would alter this frame. */
-static int is_limited(const scene_servo *s, const double p[4], int known)
-{
-    const double dt = FRAME_US * 1e-6;
-    return (known > 1 && s->velocity > 0 && fabs(p[3] - p[2]) > s->velocity * dt * 1.001) ||
-           (known > 2 && s->acceleration > 0 &&
-            fabs(p[3] - 2 * p[2] + p[1]) > s->acceleration * dt * dt * 1.001);
-}
-
-/* A looping clip is followed over its seam. */
-static void replay_servo(const build *b, const wg_file *file, certificate_servo *c)
-{
-    const scene_servo *s = &b->scene->servos[c->servo];
-    uint64_t end_us = get32(clip_record(file, c->clip) + WG_CLIP_US);
-    int loops = b->scene->clips[c->clip].end == (int)WG_END_LOOP;
-    uint64_t frames = end_us / FRAME_US + (loops ? 4 : 0);
-    int32_t *values = bake_alloc((size_t)b->scene->channel_count, sizeof *values);
-    double p[4] = {0}, scale = servo_scale(s->protocol);
-    int known = 0;
-    c->low = HUGE_VAL;
-    c->high = -HUGE_VAL;
-    for (uint64_t f = 0; f <= frames; f++) {
-        uint64_t t = f * FRAME_US;
-        wg_clip_sample(file, (uint8_t)c->clip, (uint32_t)(loops ? t % end_us : t), values, NULL);
-        memmove(p, p + 1, 3 * sizeof *p);
-        p[3] = servo_at(file, c->servo, values[s->channel]);
-        known += known < 4;
-        c->low = fmin(c->low, p[3]);
-        c->high = fmax(c->high, p[3]);
-        c->clipped += p[3] < s->min - 0.5 || p[3] > s->max + 0.5;
-        c->limited += is_limited(s, p, known);
-        peaks(p, known, c);
-    }
-    c->low *= scale;
-    c->high *= scale;
-    c->velocity *= scale;
-    c->acceleration *= scale;
-    c->jerk *= scale;
-    free(values);
 }
 
 /* 32-bit multiplications and divisions of one evaluation, counted in firmware/player/curve.c. */
@@ -211,9 +137,8 @@ static void certify_clip(const build *b, const wg_file *file, int i, certificate
                 certificate_servo *v = &c->servo[c->servo_count++];
                 v->clip = i;
                 v->servo = k;
-                v->error =
-                    h->largest * fabs(s->servos[k].gain) * servo_scale(s->servos[k].protocol);
-                replay_servo(b, file, v);
+                v->error = h->largest * fabs(s->servos[k].gain);
+                certify_servo(b, file, v);
             }
         }
     }
@@ -232,8 +157,8 @@ int certify(const build *b, const wg_file *file, size_t file_bytes, certificate 
     for (int i = 0; i < s->clip_count; i++) {
         curves += (size_t)s->clips[i].curve_count;
     }
-    c->channel = bake_alloc(curves, sizeof *c->channel);
-    c->servo = bake_alloc(curves * ((size_t)s->servo_count + 1), sizeof *c->servo);
+    c->channel = bake_alloc(curves + (size_t)s->channel_count, sizeof *c->channel);
+    c->servo = bake_alloc((curves + 1) * ((size_t)s->servo_count + 1), sizeof *c->servo);
     c->file_bytes = file_bytes;
     c->ram_bytes = ram(s);
     for (unsigned k = 1; k <= WG_SECTION_KNOWN; k++) {
@@ -242,6 +167,7 @@ int certify(const build *b, const wg_file *file, size_t file_bytes, certificate 
     for (int i = 0; i < s->clip_count; i++) {
         certify_clip(b, file, i, c);
     }
+    certify_mix(b, file, c);
     return 0;
 }
 

@@ -7,7 +7,10 @@
 
 #include <stdio.h>
 
-/* One channel of one clip, in the channel's unit. */
+/* `clip` of a row that is about the clip file's start-up mix: all layers and filters together. */
+#define CERTIFY_MIX (-1)
+
+/* One channel of one clip, or of the mix, in the channel's unit. */
 typedef struct {
     int clip, curve, channel;
     double largest, when, rms; /* |played - authored|, the time of the largest [s] */
@@ -15,7 +18,9 @@ typedef struct {
     int runs, segments, waves; /* waves: segments played as exact wiggly pieces */
 } certificate_channel;
 
-/* One servo in one clip, from played frames of 20 ms: microseconds, or steps for Dynamixel. */
+/* One servo in one clip or in the mix, from played frames of 20 ms: microseconds, or steps for
+ * Dynamixel. Positions are what the channel asks for, before end stops and limiter; a looping or
+ * ping-pong clip is followed over its seam. */
 typedef struct {
     int clip, servo;
     double error;                        /* largest of its channel, at the servo */
@@ -30,11 +35,13 @@ typedef struct {
     certificate_channel *channel;
     certificate_servo *servo;
     size_t file_bytes, section_bytes[WG_SECTION_KNOWN + 1];
+    double mix_seconds;  /* how long the mix was played; 0: the file has no layers */
+    double mix_compared; /* how long it was compared: until the first trigger fired */
     size_t ram_bytes;    /* of a 32-bit player: file, player, layers, values, servo states */
-    int search_rounds;   /* of the clip that needs most, all layers on it: see README */
+    int search_rounds;   /* halvings while seeking runs and segments, of the clip that needs most */
     int multiplications; /* 32 x 32 -> 64 */
     int divisions;       /* 32 / 16 */
-    int failed;          /* channels over their tolerance */
+    int failed;          /* rows of channels over their tolerance */
 } certificate;
 
 /* Replays `file`, opened from b->file or from disk; it must have the scene's clips and channels. */
@@ -44,8 +51,18 @@ void certificate_free(certificate *c);
 void certificate_print(const build *b, const certificate *c, FILE *to);
 void certificate_json(const build *b, const certificate *c, bytes *out);
 
+/* One line for each loop that does not meet at its seam and for each servo that is asked for more
+ * than it may do, with what to do about it. */
+void certificate_warn(const build *b, const certificate *c, FILE *to);
+
+/* The clip a row is about: its name, or "(mix)". */
+const char *certificate_clip(const build *b, int clip);
+
 /* Quarter microseconds print as us, turn/4096 as steps. */
 const char *servo_unit(int protocol);
 double servo_scale(int protocol);
+
+/* "deg", "us", "mm", or "" for WG_UNIT_NONE and units this version does not know. */
+const char *unit_name(int unit);
 
 #endif

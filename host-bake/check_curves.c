@@ -1,6 +1,7 @@
 /* One clip's curves, authored beside played: as a picture and as a table.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "check_curves.h"
+#include "certify.h"
 #include "command.h"
 #include "fit.h"
 #include "plot.h"
@@ -12,7 +13,6 @@
 
 #define FRAME_US 20000
 #define POINTS   1500 /* of a picture's line */
-#define KEYS     64   /* shown of a curve */
 
 static double authored_at(const author_clip *a, int curve, double tick)
 {
@@ -25,13 +25,16 @@ static double authored_at(const author_clip *a, int curve, double tick)
 /* ---- the picture ----------------------------------------------------------------------------- */
 
 typedef struct {
-    double authored[POINTS], played[POINTS], key_t[KEYS], key_v[KEYS];
+    double authored[POINTS], played[POINTS];
+    double *key_t, *key_v; /* keys */
     int keys;
 } panel_data;
 
 static void fill_keys(const scene_curve *c, panel_data *d)
 {
-    for (int k = 0; k < c->key_count && d->keys < KEYS; k++) {
+    d->key_t = bake_alloc((size_t)c->key_count + 1, sizeof *d->key_t);
+    d->key_v = bake_alloc((size_t)c->key_count + 1, sizeof *d->key_v);
+    for (int k = 0; k < c->key_count; k++) {
         if (c->keys[k].weight[0] != 0) {
             d->key_t[d->keys] = c->keys[k].time;
             d->key_v[d->keys++] = c->keys[k].target[0];
@@ -62,7 +65,6 @@ static void fill_panels(const build *b, const wg_file *file, int clip, double *t
 
 int curves_png(const build *b, const wg_file *file, int clip, const char *path, bake_error *error)
 {
-    static const char *const unit[] = {"", "deg", "us", "mm"};
     const scene_clip *s = &b->scene->clips[clip];
     panel_data *data = bake_alloc((size_t)s->curve_count, sizeof *data);
     plot_panel *panels = bake_alloc((size_t)s->curve_count, sizeof *panels);
@@ -73,7 +75,7 @@ int curves_png(const build *b, const wg_file *file, int clip, const char *path, 
         panel_data *d = &data[j];
         panels[j] = (plot_panel){
             channel->name,
-            unit[channel->unit],
+            unit_name(channel->unit),
             d->keys ? 3 : 2,
             {{"authored", "lines lw 6 lc rgb '#f2b766'", POINTS, t, d->authored},
              {"played", "lines lw 1.5 lc rgb '#1d4f91'", POINTS, t, d->played},
@@ -82,6 +84,10 @@ int curves_png(const build *b, const wg_file *file, int clip, const char *path, 
     char title[256];
     snprintf(title, sizeof title, "%s: authored and played", s->name);
     int err = plot_png(path, title, panels, s->curve_count, error);
+    for (int j = 0; j < s->curve_count; j++) {
+        free(data[j].key_t);
+        free(data[j].key_v);
+    }
     free(t);
     free(panels);
     free(data);
@@ -118,12 +124,10 @@ static void write_rows(const build *b, const wg_file *file, int clip, FILE *to)
 
 int curves_csv(const build *b, const wg_file *file, int clip, const char *path, bake_error *error)
 {
-    FILE *to = strcmp(path, "-") == 0 ? stdout : fopen(path, "w");
+    FILE *to = csv_open(path, error);
     if (to == NULL) {
-        return bake_fail(error, "%s: cannot be written", path);
+        return -1;
     }
     write_rows(b, file, clip, to);
-    int bad = fflush(to) != 0 || ferror(to);
-    bad |= to != stdout && fclose(to) != 0;
-    return bad ? bake_fail(error, "%s: cannot be written whole: is the disk full?", path) : 0;
+    return csv_close(to, path, error);
 }

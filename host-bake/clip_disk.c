@@ -80,6 +80,16 @@ const char *clip_name(const wg_file *file, name_kind kind, int index)
     return at;
 }
 
+int clip_find(const wg_file *file, const char *name)
+{
+    for (int i = 0; i < file->section[WG_SECTION_CLIPS].count; i++) {
+        if (name == NULL || strcmp(clip_name(file, NAME_CLIP, i), name) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
 double channel_unit(const wg_file *file, int channel, int32_t raw)
 {
     const uint8_t *r = record(file, WG_SECTION_CHANNELS, channel, WG_CHANNEL_BYTES);

@@ -6,6 +6,8 @@
 #include "bake.h"
 #include "wiggly.h"
 
+#include <stdio.h>
+
 /* Exit codes. */
 #define EXIT_DONE      0
 #define EXIT_FAILED    1 /* an input is wrong, a solve failed, a file cannot be written */
@@ -19,9 +21,14 @@ typedef struct {
     const char *value; /* given: the value, or "" without one; else NULL */
 } option;
 
-/* Sorts argv into options and up to `most` plain words; -1 and a message on anything unknown. */
-int options_parse(int argc, char **argv, option *options, const char **words, int most,
-                  bake_error *error);
+/* What is neither an option nor its value: at most `most` words, which go to `word`. */
+typedef struct {
+    const char **word;
+    int most;
+} option_words;
+
+/* Sorts argv into options and words. The number of words, or -1 and a message. */
+int options_parse(int argc, char **argv, option *options, option_words words, bake_error *error);
 const char *option_value(const option *options, const char *name);
 /* A positive number, or `otherwise` without the option; -1 and a message if it is neither. */
 double option_number(const option *options, const char *name, double otherwise, bake_error *error);
@@ -48,6 +55,13 @@ const char *clip_complaint(int code);
 typedef enum { NAME_CHANNEL, NAME_CLIP, NAME_SERVO, NAME_LAYER, NAME_EVENT } name_kind;
 const char *clip_name(const wg_file *file, name_kind kind, int index);
 
+/* Index of the clip with this name, the first one for NULL, or -1. */
+int clip_find(const wg_file *file, const char *name);
+
 double channel_unit(const wg_file *file, int channel, int32_t raw); /* raw to the channel's unit */
+
+/* A table to write: "-" is stdout. NULL, or -1, and a message when the disk refuses. */
+FILE *csv_open(const char *path, bake_error *error);
+int csv_close(FILE *to, const char *path, bake_error *error);
 
 #endif

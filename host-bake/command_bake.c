@@ -63,27 +63,22 @@ static int write_json(const build *b, const certificate *c, const char *path, ba
     return err;
 }
 
-static int find_clip(const scene *s, const char *name, bake_error *error)
-{
-    for (int i = 0; i < s->clip_count; i++) {
-        if (name == NULL || strcmp(s->clips[i].name, name) == 0) {
-            return i;
-        }
-    }
-    return bake_fail(error, "%s has no clip named %s", s->path, name);
-}
-
 /* Picture and table of one clip, where asked. */
 static int write_curves(const build *b, const wg_file *file, const option *options,
                         bake_error *error)
 {
     const char *png = option_value(options, "--png"), *csv = option_value(options, "--csv");
-    int clip = png || csv ? find_clip(b->scene, option_value(options, "--clip"), error) : 0;
-    int err = clip < 0 ? -1 : png ? curves_png(b, file, clip, png, error) : 0;
+    const char *name = option_value(options, "--clip");
+    int clip = png || csv ? clip_find(file, name) : 0;
+    if (clip < 0) {
+        return bake_fail(error, "%s has no clip named %s", b->scene->path, name);
+    }
+    int err = png ? curves_png(b, file, clip, png, error) : 0;
     return err == 0 && csv ? curves_csv(b, file, clip, csv, error) : err;
 }
 
-/* Certificate to stdout (or nowhere), JSON, picture and table where asked. Returns an exit code. */
+/* Certificate and warnings (unless --quiet); JSON, picture and table where asked. Returns an exit
+ * code. */
 static int report(const build *b, const wg_file *file, size_t size, const option *options,
                   bake_error *error)
 {
@@ -94,6 +89,8 @@ static int report(const build *b, const wg_file *file, size_t size, const option
     }
     if (!option_value(options, "--quiet")) {
         certificate_print(b, &c, stdout);
+        fflush(stdout); /* the warnings follow it in a log of both */
+        certificate_warn(b, &c, stderr);
     }
     int err = json ? write_json(b, &c, json, error) : 0;
     if (err == 0) {
@@ -136,7 +133,7 @@ int command_bake(int argc, char **argv, bake_error *error)
                         {"--csv", 1, NULL}, {"--clip", 1, NULL}, {"--quiet", 0, NULL},
                         {NULL, 0, NULL}};
     const char *words[1];
-    int count = options_parse(argc, argv, options, words, 1, error);
+    int count = options_parse(argc, argv, options, (option_words){words, 1}, error);
     if (count >= 0 && (count != 1 || option_value(options, "-o") == NULL)) {
         count = bake_fail(error, "usage: wiggly bake SCENE.yaml -o OUT.wgl");
     }
@@ -178,7 +175,7 @@ int command_check(int argc, char **argv, bake_error *error)
     option options[] = {{"--json", 1, NULL}, {"--png", 1, NULL},   {"--csv", 1, NULL},
                         {"--clip", 1, NULL}, {"--quiet", 0, NULL}, {NULL, 0, NULL}};
     const char *words[2];
-    int count = options_parse(argc, argv, options, words, 2, error);
+    int count = options_parse(argc, argv, options, (option_words){words, 2}, error);
     if (count == 0) {
         count = bake_fail(error, "usage: wiggly check SCENE.yaml [CLIP.wgl]");
     }

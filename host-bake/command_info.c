@@ -59,7 +59,7 @@ int command_info(int argc, char **argv, bake_error *error)
 {
     option options[] = {{NULL, 0, NULL}};
     const char *words[1];
-    int count = options_parse(argc, argv, options, words, 1, error);
+    int count = options_parse(argc, argv, options, (option_words){words, 1}, error);
     clip_disk disk;
     if (count != 1) {
         return count < 0 ? EXIT_USAGE

@@ -25,16 +25,6 @@ typedef struct {
     long frames;
 } stage;
 
-static int find_clip(const wg_file *file, const char *name)
-{
-    for (int i = 0; i < file->section[WG_SECTION_CLIPS].count; i++) {
-        if (strcmp(clip_name(file, NAME_CLIP, i), name) == 0) {
-            return i;
-        }
-    }
-    return -1;
-}
-
 /* All layers as baked, or one clip alone on the first layer. */
 static int stage_set(stage *g, const wg_file *file, const option *options, bake_error *error)
 {
@@ -43,7 +33,7 @@ static int stage_set(stage *g, const wg_file *file, const option *options, bake_
     g->file = file;
     wg_player_init(&g->player, file, g->layers, (uint8_t)(layers > 0 ? layers : 1));
     wg_servo_init(g->servos, file);
-    if (name && (clip = find_clip(file, name)) < 0) {
+    if (name && (clip = clip_find(file, name)) < 0) {
         return bake_fail(error, "the file has no clip named %s; wiggly info lists them", name);
     }
     for (int i = 0; i < layers && name; i++) {
@@ -85,8 +75,7 @@ static int stage_step(stage *g, long index)
     return events;
 }
 
-/* ---- numbers
- * ---------------------------------------------------------------------------------------- */
+/* ---- numbers --------------------------------------------------------------------------------- */
 
 static void csv_header(const stage *g, FILE *to)
 {
@@ -118,28 +107,23 @@ static void csv_row(const stage *g, long index, FILE *to)
 
 static int play_csv(stage *g, const char *path, bake_error *error)
 {
-    FILE *to = strcmp(path, "-") == 0 ? stdout : fopen(path, "w");
+    FILE *to = csv_open(path, error);
     if (to == NULL) {
-        return bake_fail(error, "%s: cannot be written", path);
+        return -1;
     }
     csv_header(g, to);
     for (long i = 0; i < g->frames; i++) {
         stage_step(g, i);
         csv_row(g, i, to);
     }
-    int bad = fflush(to) != 0 || ferror(to);
-    bad |= to != stdout && fclose(to) != 0;
-    return bad ? bake_fail(error, "%s: cannot be written whole: is the disk full?", path) : 0;
+    return csv_close(to, path, error);
 }
 
-/* ---- a picture
- * -------------------------------------------------------------------------------------- */
+/* ---- a picture ------------------------------------------------------------------------------- */
 
-static const char *unit_name(const wg_file *file, int channel)
+static int channel_unit_of(const wg_file *file, int channel)
 {
-    static const char *const name[] = {"", "deg", "us", "mm"};
-    int unit = get8(record(file, WG_SECTION_CHANNELS, channel, WG_CHANNEL_BYTES) + WG_CHANNEL_UNIT);
-    return unit < 4 ? name[unit] : "";
+    return get8(record(file, WG_SECTION_CHANNELS, channel, WG_CHANNEL_BYTES) + WG_CHANNEL_UNIT);
 }
 
 static int play_png(stage *g, const char *path, bake_error *error)
@@ -158,7 +142,7 @@ static int play_png(stage *g, const char *path, bake_error *error)
     for (int c = 0; c < n; c++) {
         panels[c] = (plot_panel){
             clip_name(g->file, NAME_CHANNEL, c),
-            unit_name(g->file, c),
+            unit_name(channel_unit_of(g->file, c)),
             1,
             {{"played", "lines lw 2 lc rgb '#1d4f91'", (int)g->frames, t, v + (size_t)c * frames}}};
     }
@@ -169,13 +153,13 @@ static int play_png(stage *g, const char *path, bake_error *error)
     return err;
 }
 
-/* ---- live
- * ------------------------------------------------------------------------------------------- */
+/* ---- live ------------------------------------------------------------------------------------ */
 
 static int send_frame(stage *g, int line, uint8_t *frame, size_t size, bake_error *error)
 {
     int counts[2] = {
-        wg_maestro_frame(g->file, g->servos, WG_MAESTRO_COMPACT, frame, (uint16_t)size), 0};
+        wg_maestro_frame(g->file, g->servos, wg_maestro_options(g->file), frame, (uint16_t)size),
+        0};
     if (counts[0] > 0 && serial_write(line, frame, (size_t)counts[0], error) < 0) {
         return -1;
     }
@@ -228,7 +212,7 @@ int command_play(int argc, char **argv, bake_error *error)
                         {"--baud", 1, NULL},    {"--clip", 1, NULL}, {"--rate", 1, NULL},
                         {"--seconds", 1, NULL}, {NULL, 0, NULL}};
     const char *words[1];
-    int count = options_parse(argc, argv, options, words, 1, error);
+    int count = options_parse(argc, argv, options, (option_words){words, 1}, error);
     const char *csv = option_value(options, "--csv"), *png = option_value(options, "--png");
     const char *serial = option_value(options, "--serial");
     if (count >= 0 && (count != 1 || !(csv != NULL) + !(png != NULL) + !(serial != NULL) != 2)) {

@@ -19,6 +19,15 @@ static void add_index(bytes *out, const char *group, const char *name, int index
     put_text(out, " %d\n", index);
 }
 
+static int track_count(const build *b)
+{
+    int count = 0;
+    for (int i = 0; i < b->scene->clip_count; i++) {
+        count += b->scene->clips[i].curve_count;
+    }
+    return count;
+}
+
 static uint64_t longest_us(const build *b)
 {
     uint64_t most = 0;
@@ -38,12 +47,13 @@ void build_header_text(const build *b, const char *stem, bytes *out)
     put_text(out, "#ifndef CLIP_H\n#define CLIP_H\n\n#include <stdint.h>\n\n");
     put_text(out, "#define CLIP_BYTES %zu\n#define CLIP_CHANNELS %d\n#define CLIP_CLIPS %d\n",
              b->file.count, s->channel_count, s->clip_count);
+    put_text(out, "#define CLIP_TRACKS %d\n", track_count(b));
     put_text(out, "#define CLIP_LAYERS %d\n#define CLIP_SERVOS %d\n#define CLIP_EVENTS %d\n",
              s->layer_count > 0 ? s->layer_count : 1, s->servo_count, s->event_name_count);
     put_text(out, "#define CLIP_DURATION_US %lluul /* of the longest clip */\n",
              (unsigned long long)longest_us(b));
     put_text(out, "#define CLIP_TICK_US 20000ul\n#define CLIP_FRAMES (CLIP_DURATION_US / "
-                  "CLIP_TICK_US + 1ul)\n\n");
+                  "CLIP_TICK_US + 1ul) /* of CLIP_TICK_US: once through the longest clip */\n\n");
     for (int i = 0; i < s->channel_count; i++) {
         add_index(out, "CHANNEL", s->channels[i].name, i);
     }
@@ -64,9 +74,12 @@ void build_header_text(const build *b, const char *stem, bytes *out)
 void build_source_text(const build *b, const char *stem, bytes *out)
 {
     put_text(out, "/* Baked by wiggly: the clip's bytes as little-endian words. Do not edit. */\n");
-    put_text(out,
-             "#include \"%s.h\"\n#include \"wg_mem.h\"\n\nWG_TABLE const uint32_t clip_words[] = {",
-             stem);
+    put_text(
+        out,
+        "#include \"%s.h\"\n#include \"wg_mem.h\"\n\n/* A clip starts on a multiple of 4, which "
+        "8-bit compilers do not give a uint32_t by themselves. */\n#ifdef __GNUC__\n"
+        "__attribute__((aligned(4)))\n#endif\nWG_TABLE const uint32_t clip_words[] = {",
+        stem);
     for (size_t i = 0; i + 4 <= b->file.count; i += 4) {
         const uint8_t *p = b->file.at + i;
         put_text(out, "%s0x%02x%02x%02x%02x,", i % 32 == 0 ? "\n    " : " ", p[3], p[2], p[1],

@@ -16,11 +16,12 @@ int fit_tick(const fit_problem *p, int i)
     return (int)lround(t * p->rate);
 }
 
-/* A run of HELD or LINEAR knots at the given ticks. */
-static void plain_run(const fit_problem *p, int kind, const double *value, const int *tick,
-                      int segments, track_run *run)
+/* A run of HELD or LINEAR knots. Their slopes are not looked at. */
+static void plain_run(const fit_problem *p, int kind, const fit_knots *k, track_run *run)
 {
+    const double *value = k->value;
     double lo = HUGE_VAL, hi = -HUGE_VAL;
+    int segments = k->count - 1;
     memset(run, 0, sizeof *run);
     for (int i = 0; i <= segments; i++) {
         lo = fmin(lo, ldexp(value[i], p->frac));
@@ -32,7 +33,7 @@ static void plain_run(const fit_problem *p, int kind, const double *value, const
            run->shift < (int)WG_RUN_SHIFT_MAX) {
         run->shift++;
     }
-    run->start = tick[0];
+    run->start = k->tick[0];
     run->segments = segments;
     run->end = bake_alloc((size_t)segments, sizeof *run->end);
     run->value = bake_alloc((size_t)segments + 1, sizeof *run->value);
@@ -40,7 +41,7 @@ static void plain_run(const fit_problem *p, int kind, const double *value, const
         double v = ldexp(ldexp(value[i], p->frac) - run->base, -run->shift);
         run->value[i] = (int16_t)lround(fmax(-32767, fmin(32767, v)));
         if (i > 0) {
-            run->end[i - 1] = (uint16_t)tick[i];
+            run->end[i - 1] = (uint16_t)k->tick[i];
         }
     }
 }
@@ -53,32 +54,30 @@ static void append_rest(const fit_problem *p, int first, int last, bake_track *t
     track_run run;
     fit_truth(p, first, &value[0], &slope);
     value[1] = value[0];
-    plain_run(p, (int)WG_KIND_HELD, value, tick, 1, &run);
+    const fit_knots k = {2, tick, value, NULL};
+    plain_run(p, (int)WG_KIND_HELD, &k, &run);
     track_append(track, &run);
 }
 
 /* HELD and LINEAR keys; the constants before and after them are two more knots. */
 static void append_plain(const fit_problem *p, int kind, bake_track *track)
 {
-    int n = p->curve->count, count = 0;
-    double *value = bake_alloc((size_t)n + 3, sizeof *value);
-    int *tick = bake_alloc((size_t)n + 3, sizeof *tick);
+    int n = p->curve->count;
+    fit_knots k = {0};
     for (int i = -1; i <= n + 1; i++) {
         double out[4];
         const bake_segment *s = &p->curve->segment[i < 0 ? 0 : i < n ? i : n - 1];
         int at = i < 0 ? 0 : i > n ? p->ticks : fit_tick(p, i);
-        if (count > 0 && at <= tick[count - 1]) {
+        if (k.count > 0 && at <= k.tick[k.count - 1]) {
             continue;
         }
         bake_segment_eval(s, i < n ? s->t0 : s->t1, out);
-        value[count] = out[0];
-        tick[count++] = at;
+        fit_knots_add(&k, at, out[0], 0);
     }
     track_run run;
-    plain_run(p, kind, value, tick, count - 1, &run);
+    plain_run(p, kind, &k, &run);
     track_append(track, &run);
-    free(value);
-    free(tick);
+    fit_knots_free(&k);
 }
 
 /* Pieces over curve segments first .. last - 1 with their ends as knots: keyed curves keep their

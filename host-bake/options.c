@@ -15,16 +15,15 @@ static option *find(option *options, const char *name, size_t length)
     return NULL;
 }
 
-int options_parse(int argc, char **argv, option *options, const char **words, int most,
-                  bake_error *error)
+int options_parse(int argc, char **argv, option *options, option_words words, bake_error *error)
 {
     int count = 0;
     for (int i = 0; i < argc; i++) {
         if (argv[i][0] != '-' || argv[i][1] == 0) {
-            if (count == most) {
+            if (count == words.most) {
                 return bake_fail(error, "'%s' is one word too many; see wiggly --help", argv[i]);
             }
-            words[count++] = argv[i];
+            words.word[count++] = argv[i];
             continue;
         }
         const char *equals = strchr(argv[i], '=');

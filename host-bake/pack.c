@@ -11,10 +11,10 @@ typedef struct {
     int count[WG_SECTION_KNOWN + 1];
 } sections;
 
+/* The channel's scale holds every value that build_scale has seen. */
 static int32_t raw(const build *b, int channel, double value)
 {
-    double x = floor(ldexp(value, b->frac[channel]) + 0.5);
-    return (int32_t)fmax(-(double)WG_VALUE_LIMIT, fmin((double)WG_VALUE_LIMIT, x));
+    return (int32_t)floor(ldexp(value, b->frac[channel]) + 0.5);
 }
 
 static void pack_channels(const build *b, sections *out)
@@ -115,9 +115,38 @@ static void pack_layers(const build *b, sections *out)
     out->count[WG_SECTION_TRIGGERS] = s->trigger_count;
 }
 
-/* M acts on values in their units, the player on raw ones: M_ij 2^(frac_i - frac_j), Q12. */
-static int pack_matrix(const build *b, const scene_filter *f, sections *out, bake_error *error)
+/* Q12 keeps an entry to half a step; what that does to the row's sum must stay below the target's
+ * tolerance, or the matrix would not do what the scene says. */
+static int check_row(const build *b, int index, int i, bake_error *error)
 {
+    const scene_filter *f = &b->scene->filters[index];
+    const double *input = b->input[index];
+    const scene_channel *channels = b->scene->channels;
+    int to = f->channels[i], worst = 0;
+    double loss = 0, most = -1;
+    for (int j = 0; j < f->n; j++) {
+        int shift = 12 + b->frac[to] - b->frac[f->channels[j]];
+        double stored = ldexp(floor(ldexp(f->matrix[i][j], shift) + 0.5), -shift);
+        double e = fabs(stored - f->matrix[i][j]) * input[j];
+        loss += e;
+        worst = e > most ? j : worst;
+        most = fmax(most, e);
+    }
+    return loss <= b->tolerance[to]
+               ? 0
+               : bake_fail(error,
+                           "%s: matrix filter, row %d: rounding its entries to 12 bits moves "
+                           "channel %s by up to %.3g, most of it through %g from channel %s, "
+                           "which reaches %g; the tolerance is %.3g: raise it, or bring the "
+                           "ranges of the two channels closer together",
+                           b->scene->path, i + 1, channels[to].name, loss, f->matrix[i][worst],
+                           channels[f->channels[worst]].name, input[worst], b->tolerance[to]);
+}
+
+/* M acts on values in their units, the player on raw ones: M_ij 2^(frac_i - frac_j), Q12. */
+static int pack_matrix(const build *b, int index, sections *out, bake_error *error)
+{
+    const scene_filter *f = &b->scene->filters[index];
     bytes *data = &out->at[WG_SECTION_DATA];
     put_align(data, 2);
     put32(&out->at[WG_SECTION_FILTERS], (uint32_t)data->count);
@@ -126,6 +155,9 @@ static int pack_matrix(const build *b, const scene_filter *f, sections *out, bak
         put16(data, (uint32_t)f->channels[i]);
     }
     for (int i = 0; i < f->n; i++) {
+        if (check_row(b, index, i, error) < 0) {
+            return -1;
+        }
         for (int j = 0; j < f->n; j++) {
             int shift = 12 + b->frac[f->channels[i]] - b->frac[f->channels[j]];
             double m = floor(ldexp(f->matrix[i][j], shift) + 0.5);
@@ -144,6 +176,22 @@ static int pack_matrix(const build *b, const scene_filter *f, sections *out, bak
     return 0;
 }
 
+static int pack_constant(const build *b, int index, double value, sections *out, bake_error *error)
+{
+    static const char *const ops[] = {"offset", "gain", "clamp", "minimum"};
+    const scene_filter *f = &b->scene->filters[index];
+    double most = ldexp((double)WG_VALUE_LIMIT, -b->frac[f->channel]);
+    if (fabs(value) > most) {
+        return bake_fail(error,
+                         "%s: filter %d, %s of channel %s: %g is beyond +-%g, all that the "
+                         "channel's scale holds: bring it nearer to the channel's values",
+                         b->scene->path, index + 1, ops[f->op], b->scene->channels[f->channel].name,
+                         value, most);
+    }
+    put32(&out->at[WG_SECTION_FILTERS], (uint32_t)raw(b, f->channel, value));
+    return 0;
+}
+
 static int pack_filters(const build *b, sections *out, bake_error *error)
 {
     for (int i = 0; i < b->scene->filter_count; i++) {
@@ -152,16 +200,19 @@ static int pack_filters(const build *b, sections *out, bake_error *error)
         put8(o, (uint32_t)f->op);
         put8(o, f->op == (int)WG_FILTER_MATRIX ? (uint32_t)f->n : 0);
         put16(o, f->op == (int)WG_FILTER_MATRIX ? 0 : (uint32_t)f->channel);
+        int err = 0;
         if (f->op == (int)WG_FILTER_MATRIX) {
-            if (pack_matrix(b, f, out, error) < 0) {
-                return -1;
-            }
-        } else if (f->op == (int)WG_FILTER_GAIN) {
-            put32(o, (uint32_t)(int32_t)lround(fmax(-4096, fmin(4096, f->a)) * 65536));
-            put32(o, (uint32_t)raw(b, f->channel, f->b));
+            err = pack_matrix(b, i, out, error);
+        } else if (f->op == (int)WG_FILTER_GAIN) { /* the schema keeps it within +-4096 */
+            put32(o, (uint32_t)(int32_t)lround(f->a * 65536));
         } else {
-            put32(o, (uint32_t)raw(b, f->channel, f->a));
-            put32(o, (uint32_t)raw(b, f->channel, f->b));
+            err = pack_constant(b, i, f->a, out, error);
+        }
+        if (err == 0 && f->op != (int)WG_FILTER_MATRIX) {
+            err = pack_constant(b, i, f->b, out, error);
+        }
+        if (err < 0) {
+            return err;
         }
     }
     out->count[WG_SECTION_FILTERS] = b->scene->filter_count;
@@ -193,7 +244,7 @@ static void pack_servos(const build *b, sections *out)
         put8(o, 0);
         put16(o, clamped(v->min, -32768, 32767) & 65535u);
         put16(o, clamped(v->max, -32768, 32767) & 65535u);
-        put16(o, clamped(v->velocity, 0, 65535));
+        put16(o, clamped(v->velocity, v->velocity > 0, 65535)); /* 0 would be unlimited */
         put16(o, clamped(v->acceleration / 16, v->acceleration > 0, 65535));
     }
     out->count[WG_SECTION_SERVOS] = b->scene->servo_count;

@@ -55,16 +55,16 @@ static void write_script(FILE *to, const char *png, const char *title, const plo
             "set grid lc rgb '#d8d8d8' lt 1 lw 0.5\nset lmargin 9\nset rmargin 3\n"
             "set offsets 0, 0, graph 0.08, graph 0.08\n"
             "set key at screen 0.99, screen 0.99 right top horizontal\n"
-            "set multiplot layout %d,%d title ",
-            rows, columns);
+            "set multiplot layout %d,%d title ' ' font ',15'\nset label 1 ",
+            rows, columns); /* the title's room; the title itself keeps clear of the key */
     quote(to, title);
-    fprintf(to, " font ',15'\n");
+    fprintf(to, " at screen 0, screen 1 left offset 2,-1 font ',15'\n");
     for (int i = 0; i < count; i++) {
         if (i >= count - columns) {
             fprintf(to, "set xlabel 's'\n");
         }
         write_panel(to, &panels[i], i);
-        fprintf(to, "unset key\n"); /* the first panel's serves all */
+        fprintf(to, "unset key\nunset label 1\n"); /* the first panel's serve all */
     }
     fprintf(to, "unset multiplot\n");
 }

@@ -245,7 +245,8 @@ static int read_name(loader *l)
 
 static int read_all(loader *l)
 {
-    static const scene_measure rate = {"a rate such as 120 or '120 Hz'", {{"Hz", 1}}, 1, 65535};
+    static const scene_measure rate = {
+        "a rate such as 120 or '120 Hz'", {{"Hz", 1}}, 1, SCENE_RATE_MAX};
     scene *s = l->out;
     if (read_name(l) || check_counts(l) ||
         loader_number(l, "tick_rate", l->yaml->tick_rate, &rate, &s->tick_rate))

@@ -70,6 +70,7 @@ typedef struct {
 typedef struct {
     double time;
     int id; /* index into scene.event_names */
+    int line;
 } scene_event;
 
 /* clips: - {name: nod, duration: 4, end: hold|loop|pingpong, additive: false,
@@ -138,6 +139,9 @@ typedef struct {
     double velocity, acceleration; /* 0 = unlimited */
 } scene_servo;
 
+/* Ticks a second. */
+#define SCENE_RATE_MAX 10000
+
 typedef struct {
     char *path, *name;
     double tick_rate; /* 0 = chosen by the baker */
@@ -158,6 +162,10 @@ typedef struct {
 /* Reads and checks a scene file. Every message starts with "path:line: ". */
 int scene_load(const char *path, scene *out, bake_error *error);
 void scene_free(scene *s);
+
+/* Fails at the line of the last event if it lies behind `length` seconds: with a captured curve the
+ * clip's end is known only when the curve is read. */
+int scene_check_events(const scene *s, const scene_clip *clip, double length, bake_error *error);
 
 /* Samples of one captured curve, with scale and offset applied. */
 typedef struct {

@@ -26,20 +26,24 @@ static int event_id(scene *s, const char *name)
     return id;
 }
 
-static int read_mark(loader *l, const yaml_mark *from, const scene_clip *clip, scene_event *to)
+static int read_mark(loader *l, const yaml_mark *from, scene_event *to)
 {
     const char *example = "events: [{time: 0.5, name: blink}]";
+    scene_names known = SCENE_NAMES(l->out->event_names, l->out->event_name_count);
     char *checked = NULL;
     if (loader_name(l, SCENE_NAMES(from, 1), 0, example, &checked))
         return -1;
+    int same = known.count > 0 ? scene_names_find_macro(&known, checked) : -1;
     to->id = event_id(l->out, checked);
     free(checked);
+    if (same >= 0 && same != to->id)
+        return loader_fail(l, "name",
+                           "the events '%s' and '%s' become the same C macro; change one",
+                           l->out->event_names[same], l->out->event_names[to->id]);
+    to->line = scene_tree_line(l->tree, l->node, "time");
     if (loader_need(l, "time", from->time, example) ||
         loader_number(l, "time", from->time, &scene_time, &to->time))
         return -1;
-    if (clip->duration > 0 && to->time > clip->duration)
-        return loader_fail(l, "time", "the event '%s' at %g s lies behind the clip's end at %g s",
-                           from->name, to->time, clip->duration);
     return 0;
 }
 
@@ -60,7 +64,7 @@ static int read_events(loader *l, const yaml_clip *from, scene_clip *to)
     int clip = l->node;
     l->node = l->tree->nodes[scene_tree_find(l->tree, clip, "events")].child;
     for (int i = 0; i < to->event_count; i++, l->node = l->tree->nodes[l->node].next)
-        if (read_mark(l, &from->events[i], to, &to->events[i]))
+        if (read_mark(l, &from->events[i], &to->events[i]))
             return -1;
     l->node = clip;
     qsort(to->events, (size_t)to->event_count, sizeof *to->events, by_time);
@@ -124,6 +128,15 @@ static double known_length(const scene_clip *clip, int *captured)
     return clip->duration > 0 ? clip->duration : length;
 }
 
+int scene_check_events(const scene *s, const scene_clip *clip, double length, bake_error *error)
+{
+    const scene_event *last = clip->events + clip->event_count - 1; /* they ascend */
+    if (clip->event_count == 0 || last->time <= length + same_time)
+        return 0;
+    return bake_fail(error, "%s:%d: the event '%s' at %g s lies behind the clip's end at %g s",
+                     s->path, last->line, s->event_names[last->id], last->time, length);
+}
+
 static int check_length(const loader *l, const scene_clip *clip)
 {
     int captured;
@@ -133,6 +146,8 @@ static int check_length(const loader *l, const scene_clip *clip)
                            "the clip '%s' has no length: its last key is at 0; write for "
                            "example:  duration: 2",
                            clip->name);
+    if ((!captured || clip->duration > 0) && scene_check_events(l->out, clip, length, l->error))
+        return -1;
     if (l->out->tick_rate * length > TICKS_MAX)
         return loader_fail(l, "duration",
                            "the clip '%s' has %.0f ticks; the format holds %d: lower 'tick_rate'",

@@ -91,8 +91,8 @@ static int read_clamp(loader *l, const yaml_filter *from, scene_filter *to)
 
 static int read_simple(loader *l, const yaml_filter *from, scene_filter *to)
 {
-    /* Q16 in 32 bits. */
-    static const scene_measure factor = {"a factor such as 0.5", {{NULL, 0}}, -32767, 32767};
+    /* Q16 below the format's 2^28. */
+    static const scene_measure factor = {"a factor such as 0.5", {{NULL, 0}}, -4096, 4096};
     const scene_measure *value = &scene_value[l->out->channels[to->channel].unit][0];
     if (loader_need(l, "value", from->value, examples[to->op]) ||
         loader_number(l, "value", from->value, to->op == WG_FILTER_GAIN ? &factor : value, &to->a))

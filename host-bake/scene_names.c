@@ -29,6 +29,24 @@ static int lower(char c)
     return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c;
 }
 
+static int same_macro(const char *a, const char *b)
+{
+    for (; *a != '\0' && *b != '\0'; a++, b++)
+        if (lower(*a == '-' ? '_' : *a) != lower(*b == '-' ? '_' : *b))
+            return 0;
+    return *a == *b;
+}
+
+int scene_names_find_macro(const scene_names *names, const char *name)
+{
+    for (int i = 0; i < names->count; i++) {
+        const char *other = scene_names_at(names, i);
+        if (other != NULL && same_macro(other, name))
+            return i;
+    }
+    return -1;
+}
+
 static int least(int a, int b, int c)
 {
     int ab = a < b ? a : b;

@@ -24,7 +24,7 @@ static const protocol protocols[WG_PROTOCOL_COUNT] = {
     [WG_PROTOCOL_NONE] = {"us", 4, 0, 32767, 6000, 255},
     [WG_PROTOCOL_MAESTRO] = {"us", 4, 256, 16320, 6000, 23},
     [WG_PROTOCOL_DYNAMIXEL2] = {"steps", 1, 0, 4095, 2048, 252},
-    [WG_PROTOCOL_PCA9685] = {"us", 4, 256, 16320, 6000, 15},
+    [WG_PROTOCOL_PCA9685] = {"us", 4, 256, 16320, 6000, 63}, /* 16 chip + output */
 };
 
 typedef struct {
@@ -126,6 +126,9 @@ static int read_motion(servo_reader *r)
         read_length(r, "velocity", r->from->velocity, 1, &r->to->velocity) ||
         read_length(r, "acceleration", r->from->acceleration, 2, &r->to->acceleration))
         return -1;
+    if (fabs(trim) > r->to->max - r->to->min)
+        return loader_fail(r->l, "trim", "'trim' is %g %s, more than the way from 'min' to 'max'",
+                           trim / r->bus->per_unit, r->bus->unit);
     r->to->centre += trim;
     r->to->gain *= direction;
     /* 16 bits of positions a second, and of 16 positions a second squared. */
@@ -153,6 +156,23 @@ static int check_rest(const servo_reader *r)
                            "'centre', 'per_unit' and the channel's 'rest'",
                            channel->rest, at / scale, r->bus->unit, r->to->min / scale,
                            r->to->max / scale);
+    return 0;
+}
+
+/* A Maestro takes the bytes of Dynamixel packets for commands. */
+static int check_bus(const loader *l, int index)
+{
+    const scene_servo *servo = &l->out->servos[index];
+    int other = servo->protocol == WG_PROTOCOL_MAESTRO      ? WG_PROTOCOL_DYNAMIXEL2
+                : servo->protocol == WG_PROTOCOL_DYNAMIXEL2 ? WG_PROTOCOL_MAESTRO
+                                                            : WG_PROTOCOL_COUNT;
+    for (int i = 0; i < index; i++)
+        if (l->out->servos[i].protocol == other)
+            return loader_fail(l, "protocol",
+                               "a maestro and a dynamixel2 (line %d has the other one) cannot be "
+                               "in one scene: they would share one serial line, and a Maestro "
+                               "takes a Dynamixel's bytes for commands",
+                               l->out->servos[i].line);
     return 0;
 }
 
@@ -201,8 +221,8 @@ int scene_read_servo(loader *l, int index)
     if (to->protocol == WG_PROTOCOL_DYNAMIXEL2)
         r.per_degree = 4096.0 / 360;
     const int ids[2] = {0, bus->ids};
-    return loader_integer(l, "id", from->id, ids, &to->id) || check_id(l, index) || read_gain(&r) ||
-                   read_motion(&r) || check_rest(&r)
+    return check_bus(l, index) || loader_integer(l, "id", from->id, ids, &to->id) ||
+                   check_id(l, index) || read_gain(&r) || read_motion(&r) || check_rest(&r)
                ? -1
                : 0;
 }

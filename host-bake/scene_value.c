@@ -184,6 +184,10 @@ int loader_name(const loader *l, scene_names names, int index, const char *examp
     if (scene_names_find(&names, name) >= 0)
         return loader_fail(l, "name", "there is already a '%s' in this list; names must differ",
                            name);
+    int same = scene_names_find_macro(&names, name);
+    if (same >= 0)
+        return loader_fail(l, "name", "the names '%s' and '%s' become the same C macro; change one",
+                           scene_names_at(&names, same), name);
     *out = bake_copy(name);
     return 0;
 }

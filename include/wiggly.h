@@ -151,7 +151,8 @@ void wg_player_update(wg_player *p, uint32_t now_us);
 /* Takes the next event that the last update crossed, in layer order, then in the order of play.
  *   returns 1 and fills `event`, or 0. An event at tick e is crossed forwards when the head leaves
  * e (from <= e < to) and backwards when it comes to e (to <= e < from): once each, whatever the
- * ticks. Triggers of the clip (SPEC 4.10) act when their event is taken. */
+ * ticks. Triggers of the clip (SPEC 4.10) act when their event is taken:
+ * the layer's weight then ramps to 1 from where it is, or from 0 when the layer had no clip. */
 int wg_player_event(wg_player *p, wg_event *event);
 
 /* All channels, layers mixed in order and filters applied.                              [SPEC 6.6]

@@ -32,7 +32,8 @@ step() {
 python=/usr/bin/python3
 san="-fsanitize=address,undefined -fno-sanitize-recover=undefined"
 
-step "format" sh -c 'clang-format --dry-run -Werror $(git ls-files "*.c" "*.h" "*.cpp")'
+step "format" sh -c 'files=$(find . -path ./build -prune -o -name "*.[ch]" -print -o -name "*.cpp" -print)
+    [ -n "$files" ] && clang-format --dry-run -Werror $files'
 step "build host, gcc" make -s WERROR=1 all bake
 for board in null mps2-an386 microbit sifive_e atmega2560; do
     step "build $board" make -s BOARD=$board WERROR=1 all
@@ -57,6 +58,7 @@ step "reference decoder, bit for bit" $python tests/reference/test_player_bits.p
 step "arithmetic against mpmath" $python tests/reference/fix_oracle.py
 step "emulated servos" $python tests/test_servo_emulation.py
 step "command line" $python tests/test_bake_cli.py
+step "filters, captures, limits" $python tests/test_bake_filters.py
 step "examples bake" sh -c 'mkdir -p build/check && for scene in nod puppet; do
     build/wiggly bake examples/$scene/$scene.yaml -o build/check/$scene.wgl --quiet || exit 1; done
     build/wiggly bake tests/scenes/buses.yaml -o build/check/buses.wgl --quiet'

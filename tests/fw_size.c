@@ -51,7 +51,7 @@ void _start(void)
         }
         wg_player_sample(&size_ram.player, size_ram.values);
         wg_servo_step(&size_ram.file, size_ram.servos, size_ram.values, 20000);
-        bus = wg_maestro_frame(&size_ram.file, size_ram.servos, WG_MAESTRO_COMPACT, size_ram.frame,
-                               sizeof size_ram.frame);
+        bus = wg_maestro_frame(&size_ram.file, size_ram.servos, wg_maestro_options(&size_ram.file),
+                               size_ram.frame, sizeof size_ram.frame);
     }
 }

@@ -1,4 +1,4 @@
-/* Scene files: what is read from the examples, what is said about 118 wrong ones, and that no
+/* Scene files: what is read from the examples, what is said about 125 wrong ones, and that no
  * damaged one does harm.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "check.h"
@@ -15,6 +15,7 @@
 
 static const char scratch[] = "build/scene_test.yaml";
 static const char nod[] = "examples/nod/nod.yaml";
+static const char buses[] = "tests/scenes/buses.yaml";
 static const char puppet[] = "examples/puppet/puppet.yaml";
 
 static scene s;
@@ -102,24 +103,42 @@ static void nod_curves_are_read(void)
     scene_free(&s);
 }
 
-/* Positions: quarter microseconds and 4096ths of a turn. */
+/* Positions: quarter microseconds. */
 static void nod_servos_are_in_protocol_units(void)
 {
     CHECK_EQ(load(nod), 0);
     CHECK_EQ(s.servo_count, 11);
     const scene_servo *turn = &s.servos[1], *jaw = &s.servos[2], *ear = &s.servos[6];
-    CHECK_EQ(turn->protocol, WG_PROTOCOL_DYNAMIXEL2);
-    CHECK_NEAR(turn->centre, 2048, 1e-9);
-    CHECK_NEAR(turn->gain, 4096.0 / 360, 1e-12);
-    CHECK_NEAR(turn->min, 120 * 4096.0 / 360, 1e-9);
-    CHECK_NEAR(turn->velocity, 300 * 4096.0 / 360, 1e-9);
-    CHECK_NEAR(turn->acceleration, 6000 * 4096.0 / 360, 1e-9);
+    for (int i = 0; i < s.servo_count; i++)
+        CHECK_EQ(s.servos[i].protocol, WG_PROTOCOL_MAESTRO);
+    CHECK_NEAR(turn->centre, 4 * 1500, 0);
+    CHECK_NEAR(turn->min, 4 * 900, 0);
+    CHECK_NEAR(turn->velocity, 300 * 40, 1e-9);
+    CHECK_NEAR(turn->acceleration, 6000 * 40, 1e-9);
     CHECK_EQ(jaw->id, 0);
     CHECK_NEAR(jaw->centre, 4 * (1400 + 12), 0);
     CHECK_NEAR(jaw->gain, 40, 0);
     CHECK_NEAR(jaw->max, 6800, 0);
     CHECK_NEAR(jaw->velocity, 0, 0);
     CHECK_NEAR(ear->gain, -4 * 900.0 / 90, 1e-12);
+    scene_free(&s);
+}
+
+/* Positions: 4096ths of a turn. */
+static void dynamixels_are_in_steps(void)
+{
+    CHECK_EQ(load(buses), 0);
+    CHECK_EQ(s.servo_count, 5);
+    const scene_servo *a = &s.servos[0], *b = &s.servos[1];
+    CHECK_EQ(a->protocol, WG_PROTOCOL_DYNAMIXEL2);
+    CHECK_NEAR(a->centre, 2048, 1e-9);
+    CHECK_NEAR(a->gain, 4096.0 / 360, 1e-12);
+    CHECK_NEAR(a->min, 120 * 4096.0 / 360, 1e-9);
+    CHECK_NEAR(b->centre, 2048, 0);
+    CHECK_NEAR(b->max, 3000, 0);
+    CHECK_NEAR(b->velocity, 300 * 4096.0 / 360, 1e-9);
+    CHECK_NEAR(b->acceleration, 4000 * 4096.0 / 360, 1e-9);
+    CHECK_EQ(s.servos[3].protocol, WG_PROTOCOL_PCA9685);
     scene_free(&s);
 }
 
@@ -237,7 +256,7 @@ static void every_wrong_scene_is_explained_at_its_line(void)
         at = strstr(text - 1, "\n===");
         check_case(header, text, at != NULL ? (size_t)(at + 1 - text) : strlen(text));
     }
-    CHECK_EQ(count, 118);
+    CHECK_EQ(count, 125);
     free(cases);
 }
 
@@ -308,6 +327,7 @@ int main(void)
     TEST(nod_channels_clips_and_layers_are_read);
     TEST(nod_curves_are_read);
     TEST(nod_servos_are_in_protocol_units);
+    TEST(dynamixels_are_in_steps);
     TEST(the_puppet_is_read);
     TEST(the_puppets_motion_suits_its_servos);
     TEST(ends_come_from_keys_fields_and_defaults);

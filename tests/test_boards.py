@@ -48,7 +48,8 @@ def check(name, got, want):
 
 
 def build(board, program, clip):
-    command = ["make", "-s", f"BOARD={board}", f"PROGRAM={program}", f"CLIP={clip}", "image"]
+    command = ["make", "-s", f"BOARD={board}", f"PROGRAM={program}", f"CLIP={clip}",
+               "FRAMES=CLIP_FRAMES", "image"]
     subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
     name = os.path.splitext(os.path.basename(program))[0]
     clip_name = os.path.splitext(os.path.basename(clip))[0]

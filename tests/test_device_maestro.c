@@ -93,6 +93,19 @@ static void maestro_frame_joins_consecutive_ids_only(void)
     CHECK_EQ(wg_bus_count(&file, WG_PROTOCOL_PCA9685), 0);
 }
 
+static void maestro_options_avoid_what_the_smallest_one_lacks(void)
+{
+    clip_clear();
+    CHECK_EQ(wg_maestro_options(&file), WG_MAESTRO_COMPACT | WG_MAESTRO_SINGLE);
+    for (uint8_t id = 0; id < 6; id++) {
+        clip_servo(WG_PROTOCOL_MAESTRO, id, 6000);
+    }
+    clip_servo(WG_PROTOCOL_DYNAMIXEL2, 6, 100);
+    CHECK_EQ(wg_maestro_options(&file), WG_MAESTRO_COMPACT | WG_MAESTRO_SINGLE);
+    clip_servo(WG_PROTOCOL_MAESTRO, 6, 6000);
+    CHECK_EQ(wg_maestro_options(&file), WG_MAESTRO_COMPACT);
+}
+
 static void maestro_bytes_after_the_command_have_seven_bits(void)
 {
     uint8_t out[64];
@@ -131,6 +144,7 @@ int main(void)
 {
     TEST(maestro_commands_match_every_published_one);
     TEST(maestro_frame_joins_consecutive_ids_only);
+    TEST(maestro_options_avoid_what_the_smallest_one_lacks);
     TEST(maestro_bytes_after_the_command_have_seven_bits);
     TEST(maestro_frames_of_every_length_fit_the_macro);
     return check_done();

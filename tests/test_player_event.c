@@ -401,6 +401,42 @@ static void triggers_start_a_layer_when_their_event_is_taken(void)
     free(clip);
 }
 
+/* A layer that shows something goes on from the weight it has: dropping it would be a jump. */
+static void trigger_ramps_from_the_present_weight(void)
+{
+    uint32_t size;
+    build b = {{{0}}, 0};
+    wg_file file;
+    wg_layer layers[2];
+    wg_player player;
+    wg_event e;
+    int32_t value;
+    build_channel(&b, 0, 0, 0);
+    build_clip(&b, 1000, 100, WG_END_LOOP);
+    build_event(&b, 10, 42);
+    build_clip(&b, 1000, 50, WG_END_HOLD);
+    sample_level(&b, 0, 50, 8000);
+    build_layer(&b, 0, WG_MODE_OVERRIDE, WG_NONE, 32768);
+    build_layer(&b, 1, WG_MODE_OVERRIDE, WG_NONE, 16384);
+    build_trigger(&b, 42, 1, 1, 4);
+    uint8_t *clip = build_finish(&b, &size);
+    CHECK_EQ(wg_open(&file, clip, size), 0);
+    wg_player_init(&player, &file, layers, 2);
+    wg_player_update(&player, 0);
+    wg_player_update(&player, 15000);
+    CHECK_EQ(wg_player_event(&player, &e), 1);
+    CHECK_EQ(wg_player_time(&player, 1), 0);
+    wg_player_sample(&player, &value);
+    CHECK_EQ(value, 4000);
+    wg_player_update(&player, 17000);
+    wg_player_sample(&player, &value);
+    CHECK_NEAR(value, 6000, 2); /* half of the way from 1/2 to 1 */
+    wg_player_update(&player, 19000);
+    wg_player_sample(&player, &value);
+    CHECK_EQ(value, 8000);
+    free(clip);
+}
+
 /* A trigger that restarts the layer its own event is on ends that layer's pending events. */
 static void self_trigger_does_not_spin(void)
 {
@@ -439,6 +475,7 @@ int main(void)
     TEST(held_end_reports_nothing_again);
     TEST(events_beyond_the_last_position_come_once);
     TEST(triggers_start_a_layer_when_their_event_is_taken);
+    TEST(trigger_ramps_from_the_present_weight);
     TEST(self_trigger_does_not_spin);
     return check_done();
 }

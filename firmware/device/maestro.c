@@ -2,6 +2,18 @@
  * SPDX-License-Identifier: MIT */
 #include "maestro.h"
 
+#define MICRO_CHANNELS 6 /* of the Micro Maestro, the one that lacks Set Multiple Targets */
+
+uint16_t wg_maestro_options(const wg_file *file)
+{
+    for (uint16_t i = 0; i < file->section[WG_SECTION_SERVOS].count; i++) {
+        if (wg_bus_id(file, i, WG_PROTOCOL_MAESTRO) >= MICRO_CHANNELS) {
+            return WG_MAESTRO_COMPACT;
+        }
+    }
+    return WG_MAESTRO_COMPACT | WG_MAESTRO_SINGLE;
+}
+
 uint8_t wg_maestro_crc7(const uint8_t *bytes, uint16_t count)
 {
     uint8_t crc = 0, bit;

@@ -25,6 +25,7 @@
 
 #include "fix.h"
 #include "wg_mem.h"
+#include "wg_mul.h"
 
 /* 125000 / us as rate / 2^shift, rate in [2^30, 2^31): a distance Q15 times it is Q12 units/s. */
 typedef struct {
@@ -76,8 +77,9 @@ static int32_t velocity_of(const tick *t, int32_t distance)
 {
     uint32_t d = magnitude(distance), v = VELOCITY_HUGE;
 
-    if (d >> t->shift == 0) { /* else v >= 2^shift 2^30 / 2^shift */
-        v = (uint32_t)(((uint64_t)(d << (32 - t->shift)) * t->rate) >> 32);
+    if (d >> t->shift == 0) {              /* else v >= 2^shift 2^30 / 2^shift */
+        uint32_t a = d << (32 - t->shift); /* wg_mulh takes it for a - 2^32 from 2^31 on */
+        v = (uint32_t)wg_mulh((int32_t)a, (int32_t)t->rate) + (a >> 31 ? t->rate : 0);
         v = v > VELOCITY_HUGE ? VELOCITY_HUGE : v;
     }
     return with_sign(distance, v);
@@ -92,13 +94,18 @@ static int32_t travel_of(const tick *t, int32_t velocity)
 /* sqrt(x), never above it and at most 2^-15 below: 16 bits are enough for a braking speed. */
 static uint32_t root(uint64_t x)
 {
-    uint32_t rest, r = 0, bit;
+    uint32_t rest = (uint32_t)x, high = (uint32_t)(x >> 32), r = 0, bit;
     uint8_t shift = 0;
 
-    for (; shift < 16 && x >> 32; shift++) {
-        x >>= 2;
+    /* By words: AVR shifts 64 bits one at a time. At most 3 whole bytes, then 4 pairs of bits. */
+    for (; high >> 8; shift = (uint8_t)(shift + 4)) {
+        rest = rest >> 8 | high << 24;
+        high >>= 8;
     }
-    rest = (uint32_t)x;
+    for (; high; shift++) {
+        rest = rest >> 2 | high << 30;
+        high >>= 2;
+    }
     for (bit = 1ul << 30; bit; bit >>= 2) { /* 16 times */
         if (rest >= r + bit) {
             rest -= r + bit;

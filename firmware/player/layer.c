@@ -152,8 +152,10 @@ static void pull_triggers(wg_player *p, uint16_t id)
     for (uint16_t i = 0; i < p->file->section[WG_SECTION_TRIGGERS].count; i++) {
         uint8_t layer = wg_rd8(t + WG_TRIGGER_LAYER);
         if (wg_rd16(t + WG_TRIGGER_EVENT) == id && layer < p->layer_count) {
+            if (p->layers[layer].clip == WG_NONE) {
+                wg_player_fade(p, layer, 0, 0);
+            }
             wg_player_play(p, layer, wg_rd8(t + WG_TRIGGER_CLIP));
-            wg_player_fade(p, layer, 0, 0);
             wg_player_fade(p, layer, WG_WEIGHT_ONE,
                            UINT32_C(1000) * wg_rd16(t + WG_TRIGGER_FADE_MS));
         }

@@ -88,7 +88,7 @@ uint16_t hal_bus_read(uint8_t *bytes, uint16_t size)
     return count;
 }
 
-/* Half a period of the 400 kHz bus; the register accesses themselves come on top. */
+/* Half a period of the I2C clock; the register accesses themselves come on top. */
 static void i2c_line(uint32_t set_or_clear, uint32_t lines)
 {
     REG(BOARD_I2C, set_or_clear) = lines;

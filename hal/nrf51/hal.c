@@ -1,5 +1,5 @@
 /* Nordic nRF51: one UART (the bus), TIMER0, TWI0, all polled. The log goes to the debugger, because
- * there is no second UART; without a debugger it costs a microsecond and goes nowhere.
+ * there is no second UART; without a debugger it goes nowhere.
  * The receiver holds six bytes: hal_bus_read must keep up with it.
  * Source: Nordic nRF51 Series Reference Manual 3.0.1.
  * SPDX-License-Identifier: MIT */
@@ -7,8 +7,10 @@
 #include "bare.h"
 #include "board.h"
 
-#define CLOCK       0x40000000u
-#define CLOCK_START 0x000u /* the crystal: the RC oscillator is too coarse for a UART */
+#define CLOCK         0x40000000u
+#define CLOCK_START   0x000u /* the crystal: the RC oscillator is too coarse for a UART */
+#define CLOCK_STARTED 0x100u
+#define CLOCK_TRIES   100000u /* polls of >= 3 cycles, 18 ms or more: a crystal takes about 1 ms */
 
 #define UART           0x40002000u
 #define UART_START_RX  0x000u
@@ -58,9 +60,18 @@
 #define WATCHDOG_FEED           0x600u
 #define WATCHDOG_KEY            0x6e524635u
 
+/* A crystal that does not start is no reason to stop: servos still move with the other clock. */
+static void crystal_start(void)
+{
+    REG(CLOCK, CLOCK_STARTED) = 0;
+    REG(CLOCK, CLOCK_START) = 1;
+    for (uint32_t tries = CLOCK_TRIES; tries && !REG(CLOCK, CLOCK_STARTED); tries--) {
+    }
+}
+
 void hal_init(void)
 {
-    REG(CLOCK, CLOCK_START) = 1;
+    crystal_start();
     REG(UART, UART_PIN_TX) = BOARD_PIN_TX;
     REG(UART, UART_PIN_RX) = BOARD_PIN_RX;
     REG(UART, UART_BAUD) = BOARD_BUS_BAUD_REGISTER;

@@ -141,8 +141,9 @@ class Player:
             for number, backwards in layer.pending:
                 for trigger in self.file.triggers:
                     if trigger.event == number and trigger.layer < len(self.layers):
+                        if self.layers[trigger.layer].clip == NONE:
+                            self.fade(trigger.layer, 0, 0)
                         self.play(trigger.layer, trigger.clip)
-                        self.fade(trigger.layer, 0, 0)
                         self.fade(trigger.layer, 32768, trigger.fade_ms * 1000)
                 return number, index, backwards
         return None

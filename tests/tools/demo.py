@@ -90,31 +90,16 @@ def servo_map(scene, servo):
 
 # ---- the bus -------------------------------------------------------------------------------------
 
-def split_bus(data):
-    """Maestro bytes and Dynamixel bytes of a line that carries both. Exact: a Dynamixel header
-    cannot occur in Maestro commands (its FF would be a command) nor in a Dynamixel packet."""
-    rest, packets, at = bytearray(), bytearray(), 0
-    while (found := data.find(servo_decode.HEADER, at)) >= 0:
-        end = found + 7 + int.from_bytes(data[found + 5:found + 7], "little")
-        rest += data[at:found]
-        packets += data[found:end]
-        at = end
-    return bytes(rest + data[at:]), bytes(packets)
-
-
 def decode_bus(path, maps, frames):
     """Positions of each servo, one a frame; fails on damage, gaps and strangers."""
     with open(path, "rb") as f:
-        pulses, packets = split_bus(f.read())
-    lines = {"maestro": servo_decode.Maestro(pulses),
-             "dynamixel2": servo_decode.Dynamixel2(packets)}
-    for protocol, line in lines.items():
-        ids = {m.id for m in maps if m.protocol == protocol}
-        moves = line.frames()
-        if line.errors or len(moves) != (frames if ids else 0) or any(set(m) != ids for m in moves):
-            raise Failure(f"{path}: {protocol}: {line.errors} errors, {len(moves)} of {frames} "
-                          f"frames, or not the servos {sorted(ids)} in each of them")
-    return [[move[m.id] for move in lines[m.protocol].frames()] for m in maps]
+        line = servo_decode.decode(maps[0].protocol, f.read())  # a scene has one serial protocol
+    ids = {m.id for m in maps}
+    moves = line.frames()
+    if line.errors or len(moves) != frames or any(set(move) != ids for move in moves):
+        raise Failure(f"{path}: {line.errors} errors, {len(moves)} of {frames} frames, or not "
+                      f"the servos {sorted(ids)} in each of them")
+    return [[move[m.id] for move in moves] for m in maps]
 
 
 # ---- what it should be ---------------------------------------------------------------------------
@@ -186,7 +171,8 @@ class Example:
         run(["build/wiggly", "play", wgl_path, "--csv", self.path("played.csv")])
         run(["build/wiggly", "play", wgl_path, "--png", self.path("played.png")])
         image = f"build/{BOARD}/{self.name}/main.elf"
-        run(["make", "-s", f"BOARD={BOARD}", "CLIP=" + os.path.relpath(wgl_path, ROOT), "image"])
+        run(["make", "-s", f"BOARD={BOARD}", "CLIP=" + os.path.relpath(wgl_path, ROOT),
+             "FRAMES=CLIP_FRAMES", "image"])
         self.board = subprocess.Popen(
             [sys.executable, "tests/tools/run_board.py", BOARD, image, "--bus",
              self.path("bus.bin"), "--log", self.path("board.log"), "--timeout", "300"],
