@@ -50,10 +50,10 @@ void build_header_text(const build *b, const char *stem, bytes *out)
     put_text(out, "#define CLIP_TRACKS %d\n", track_count(b));
     put_text(out, "#define CLIP_LAYERS %d\n#define CLIP_SERVOS %d\n#define CLIP_EVENTS %d\n",
              s->layer_count > 0 ? s->layer_count : 1, s->servo_count, s->event_name_count);
-    put_text(out, "#define CLIP_DURATION_US %lluul /* of the longest clip */\n",
+    put_text(out, "#define CLIP_DURATION_US UINT32_C(%llu) /* of the longest clip */\n",
              (unsigned long long)longest_us(b));
-    put_text(out, "#define CLIP_TICK_US 20000ul\n#define CLIP_FRAMES (CLIP_DURATION_US / "
-                  "CLIP_TICK_US + 1ul) /* of CLIP_TICK_US: once through the longest clip */\n\n");
+    put_text(out, "#define CLIP_TICK_US UINT32_C(20000)\n#define CLIP_FRAMES (CLIP_DURATION_US / "
+                  "CLIP_TICK_US + 1u) /* of CLIP_TICK_US: once through the longest clip */\n\n");
     for (int i = 0; i < s->channel_count; i++) {
         add_index(out, "CHANNEL", s->channels[i].name, i);
     }
