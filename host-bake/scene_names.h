@@ -18,7 +18,7 @@ const char *scene_names_at(const scene_names *names, int index);
 /* Index of `name`, or -1. */
 int scene_names_find(const scene_names *names, const char *name);
 
-/* Index of a name that makes the same C macro as `name` (case counts for nothing, - is _), or -1. */
+/* Index of a name that makes the same C macro as `name` (case is nothing, - is _), or -1. */
 int scene_names_find_macro(const scene_names *names, const char *name);
 
 /* Writes advice for a name that is not there: 'did you mean "jaw"?' when one is near, and the

@@ -1,5 +1,5 @@
 /* Wiggly splines in doubles: exact pieces, and the two ways to determine them.
- * Source: Schulz 2013, 2.4-2.5; the midpoint basis is ours (DESIGN 4); errata S1-S4 apply (DESIGN 9).
+ * Source: Schulz 2013, 2.4-2.5; the midpoint basis is ours (DESIGN 4); errata S1-S4 (DESIGN 9).
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BAKE_SPLINE_H
 #define BAKE_SPLINE_H

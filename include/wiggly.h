@@ -14,8 +14,8 @@
  *   }
  *
  * The clip is untrusted, the caller is trusted: wg_open checks every offset, count and index once;
- * after it nothing can fail or read outside the clip. No function keeps state of its own, allocates,
- * recurses or calls out. All mutable state is in wg_player and wg_layer[]: a snapshot is a memcpy.
+ * after it nothing can fail or read outside the clip. No function keeps state, allocates, recurses
+ * or calls out. All mutable state is in wg_player and wg_layer[]: a snapshot is a memcpy.
  *
  * SPDX-License-Identifier: MIT */
 #ifndef WIGGLY_H
@@ -171,7 +171,7 @@ void wg_player_end(wg_player *p, uint8_t layer, uint8_t end);
 void wg_player_fade(wg_player *p, uint8_t layer, uint16_t weight, uint32_t fade_us);
 
 /* Cross-fades to `clip` over `fade_us` with two neighbouring layers, `lower` and lower + 1. The
- * upper one gets the clip unless it is shown (weight above 1/2), and its weight covers or uncovers the
+ * upper one gets the clip unless it is shown (weight above 1/2); its weight covers or uncovers the
  * lower one. Inside a running cross-fade the clip that weighs less is replaced, which shows by less
  * than half of what they differ. A layer that has faded out goes on and still reports events. */
 void wg_player_crossfade(wg_player *p, uint8_t lower, uint8_t clip, uint32_t fade_us);

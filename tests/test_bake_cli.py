@@ -116,7 +116,7 @@ def bake_writes_clip_header_and_source():
     header = read("whole.h").decode()
     assert "aligned(4)" in read("whole.c").decode()
     for line in ("CLIP_BYTES %d" % len(read("whole.wgl")), "CLIP_CHANNELS 3", "CLIP_CLIPS 2", "CLIP_TRACKS 4",
-                 "CLIP_LAYERS 2", "CLIP_SERVOS 2", "CLIP_DURATION_US 1000000ul", "CLIP_CHANNEL_EAR 1",
+                 "CLIP_LAYERS 2", "CLIP_SERVOS 2", "CLIP_DURATION_US UINT32_C(1000000)", "CLIP_CHANNEL_EAR 1",
                  "CLIP_CLIP_NUDGE 1", "CLIP_LAYER_OVER 1", "CLIP_EVENT_CLICK 0"):
         assert "#define " + line in header, line
     assert not [n for n in os.listdir(folder) if n.endswith(".tmp")]

@@ -27,7 +27,7 @@ extern "C" {
 #define WG_MAESTRO_GET_ERRORS   0xa1u
 #define WG_MAESTRO_GO_HOME      0xa2u
 
-/* COMPACT, with SINGLE when every Maestro id of the clip is below 6: a Micro Maestro may be there. */
+/* COMPACT, with SINGLE when every Maestro id is below 6: a Micro Maestro may be there. */
 uint16_t wg_maestro_options(const wg_file *file);
 
 /* CRC-7 of `count` bytes: polynomial 0x91, low bit first, start 0. */

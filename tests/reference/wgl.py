@@ -95,7 +95,6 @@ def nearest_exp2(i):
 
 EXP_TABLE = [(1 << 30) - 1] + [nearest_exp2(i) for i in range(1, 32)]
 
-
 def exp2n(p):
     if p >= 31 << 24:
         return 0
