@@ -104,6 +104,7 @@ IMAGE_I := $(PURE_I) -I$(CLIP_B) -Ifirmware/device -Ihal
 image: $(IMAGE) ## firmware for BOARD with CLIP=x.wgl linked in; FRAMES=n stops after n frames
 run: FRAMES = CLIP_FRAMES
 run: image tools ## plays CLIP=x.wgl once through on the emulator of BOARD
+	@: > $(CLIP_B)/bus.bin # a board without a bus leaves it so
 	@/usr/bin/python3 tests/tools/run_board.py $(BOARD) $(IMAGE) --bus $(CLIP_B)/bus.bin $(RUN)
 	@echo "servo bus: $$(wc -c < $(CLIP_B)/bus.bin) bytes in $(CLIP_B)/bus.bin, beginning with"
 	@od -An -tx1 -N 96 -w32 $(CLIP_B)/bus.bin

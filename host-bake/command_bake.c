@@ -77,7 +77,7 @@ static int write_curves(const build *b, const wg_file *file, const option *optio
     return err == 0 && csv ? curves_csv(b, file, clip, csv, error) : err;
 }
 
-/* Certificate and warnings (unless --quiet); JSON, picture and table where asked. Returns an exit
+/* Certificate (unless --quiet) and warnings; JSON, picture and table where asked. Returns an exit
  * code. */
 static int report(const build *b, const wg_file *file, size_t size, const option *options,
                   bake_error *error)
@@ -90,8 +90,8 @@ static int report(const build *b, const wg_file *file, size_t size, const option
     if (!option_value(options, "--quiet")) {
         certificate_print(b, &c, stdout);
         fflush(stdout); /* the warnings follow it in a log of both */
-        certificate_warn(b, &c, stderr);
     }
+    certificate_warn(b, &c, stderr);
     int err = json ? write_json(b, &c, json, error) : 0;
     if (err == 0) {
         err = write_curves(b, file, options, error);
@@ -118,7 +118,8 @@ static int bake_scene(const char *path, const char *out, const option *options, 
         }
         if (code == EXIT_TOLERANCE) {
             bake_fail(error,
-                      "%s: a channel misses its tolerance (see FAILED above); nothing was written",
+                      "%s: a channel misses its tolerance (the certificate names it, FAILED); "
+                      "nothing was written",
                       path);
         }
         build_free(&b);
@@ -165,7 +166,8 @@ static int check_clip(const char *path, const char *clip, const option *options,
     }
     scene_free(&s);
     if (code == EXIT_TOLERANCE) {
-        bake_fail(error, "%s: a channel misses its tolerance (see FAILED above)", clip);
+        bake_fail(error, "%s: a channel misses its tolerance (the certificate names it, FAILED)",
+                  clip);
     }
     return code;
 }

@@ -155,24 +155,43 @@ static int play_png(stage *g, const char *path, bake_error *error)
 
 /* ---- live ------------------------------------------------------------------------------------ */
 
-static int send_frame(stage *g, int line, uint8_t *frame, size_t size, bake_error *error)
+static int send(int line, const uint8_t *frame, int count, bake_error *error)
 {
-    int counts[2] = {
-        wg_maestro_frame(g->file, g->servos, wg_maestro_options(g->file), frame, (uint16_t)size),
-        0};
-    if (counts[0] > 0 && serial_write(line, frame, (size_t)counts[0], error) < 0) {
-        return -1;
-    }
-    counts[1] = wg_dynamixel2_frame(g->file, g->servos, frame, (uint16_t)size);
-    return counts[1] > 0 ? serial_write(line, frame, (size_t)counts[1], error) : 0;
+    return count > 0 ? serial_write(line, frame, (size_t)count, error) : 0;
 }
 
-/* Frames leave at their scheduled times; a pipe or file gets them at once. */
-static int play_serial(stage *g, const char *path, double baud, bake_error *error)
+static int send_frame(stage *g, int line, uint8_t *frame, size_t size, bake_error *error)
+{
+    uint16_t room = (uint16_t)size;
+    int count = wg_maestro_frame(g->file, g->servos, wg_maestro_options(g->file), frame, room);
+    if (send(line, frame, count, error) < 0) {
+        return -1;
+    }
+    return send(line, frame, wg_dynamixel2_frame(g->file, g->servos, frame, room), error);
+}
+
+/* Dynamixels do not move before their torque is on; what hangs on I2C is not reached from here. */
+static int send_start(stage *g, int line, uint8_t *frame, size_t size, bake_error *error)
+{
+    static const uint8_t torque_on[] = {WG_DYNAMIXEL2_TORQUE_ENABLE, 0, 1};
+    const wg_dynamixel2 packet = {WG_DYNAMIXEL2_BROADCAST, WG_DYNAMIXEL2_WRITE, torque_on,
+                                  sizeof torque_on};
+    int others = wg_bus_count(g->file, WG_PROTOCOL_PCA9685);
+    if (others > 0) {
+        fprintf(stderr, "%d servos are on I2C (pca9685) and are not driven from here\n", others);
+    }
+    if (wg_bus_count(g->file, WG_PROTOCOL_DYNAMIXEL2) == 0) {
+        return 0;
+    }
+    return send(line, frame, wg_dynamixel2_packet(&packet, frame, (uint16_t)size), error);
+}
+
+/* Frames leave at their scheduled times where something listens; a file gets them at once. */
+static int play_line(stage *g, int line, int paced, bake_error *error)
 {
     uint8_t frame[WG_BUS_BYTES(WG_SERVOS_MAX)];
-    int paced, line = serial_open(path, (long)baud, &paced, error), err = line < 0 ? -1 : 0;
     struct timespec next;
+    int err = line < 0 ? -1 : send_start(g, line, frame, sizeof frame, error);
     clock_gettime(CLOCK_MONOTONIC, &next);
     for (long i = 0; i < g->frames && err == 0; i++) {
         stage_step(g, i);
@@ -208,16 +227,17 @@ static int check_numbers(const option *options, bake_error *error)
 
 int command_play(int argc, char **argv, bake_error *error)
 {
-    option options[] = {{"--csv", 1, NULL},     {"--png", 1, NULL},  {"--serial", 1, NULL},
-                        {"--baud", 1, NULL},    {"--clip", 1, NULL}, {"--rate", 1, NULL},
-                        {"--seconds", 1, NULL}, {NULL, 0, NULL}};
+    option options[] = {{"--csv", 1, NULL},  {"--png", 1, NULL},     {"--serial", 1, NULL},
+                        {"--bus", 1, NULL},  {"--baud", 1, NULL},    {"--clip", 1, NULL},
+                        {"--rate", 1, NULL}, {"--seconds", 1, NULL}, {NULL, 0, NULL}};
     const char *words[1];
     int count = options_parse(argc, argv, options, (option_words){words, 1}, error);
     const char *csv = option_value(options, "--csv"), *png = option_value(options, "--png");
-    const char *serial = option_value(options, "--serial");
-    if (count >= 0 && (count != 1 || !(csv != NULL) + !(png != NULL) + !(serial != NULL) != 2)) {
+    const char *serial = option_value(options, "--serial"), *bus = option_value(options, "--bus");
+    int ways = (csv != NULL) + (png != NULL) + (serial != NULL) + (bus != NULL);
+    if (count >= 0 && (count != 1 || ways != 1)) {
         count = bake_fail(error, "usage: wiggly play CLIP.wgl with one of --csv FILE, --png FILE, "
-                                 "--serial DEVICE");
+                                 "--serial DEVICE, --bus FILE");
     }
     if (count < 0 || check_numbers(options, error) < 0) {
         return EXIT_USAGE;
@@ -229,10 +249,11 @@ int command_play(int argc, char **argv, bake_error *error)
     stage *g = bake_alloc(1, sizeof *g);
     int err = stage_set(g, &disk.file, options, error);
     if (err == 0) {
-        err = csv ? play_csv(g, csv, error)
-              : png
-                  ? play_png(g, png, error)
-                  : play_serial(g, serial, option_number(options, "--baud", 115200, error), error);
+        long baud = (long)option_number(options, "--baud", 115200, error);
+        err = csv      ? play_csv(g, csv, error)
+              : png    ? play_png(g, png, error)
+              : serial ? play_line(g, serial_open(serial, baud, error), 1, error)
+                       : play_line(g, serial_file(bus, error), 0, error);
     }
     free(g);
     clip_release(&disk);

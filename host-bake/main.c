@@ -23,6 +23,7 @@ static const char HELP[] =
     "      --csv FILE       time, channels, servo positions ('-': stdout)\n"
     "      --png FILE       a plot of every channel\n"
     "      --serial DEVICE  live on a servo bus; --baud N (115200)\n"
+    "      --bus FILE       the frames of that bus in a file, at once\n"
     "      --rate HZ        frames a second (50)     --seconds S  how long (the longest clip)\n"
     "\n"
     "exit codes: 0 done, 1 failed (the message says where and what to do), 2 usage, 3 over "

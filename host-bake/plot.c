@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "plot.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -75,6 +76,13 @@ int plot_png(const char *path, const char *title, const plot_panel *panels, int 
     size_t size = strlen(path) + 24;
     char *temporary = bake_alloc(size, 1);
     snprintf(temporary, size, "%s.%ld.tmp", path, (long)getpid());
+    FILE *probe = fopen(temporary, "wb"); /* gnuplot would draw on the terminal instead */
+    if (probe == NULL) {
+        bake_fail(error, "%s: cannot be written: %s", path, strerror(errno));
+        free(temporary);
+        return -1;
+    }
+    fclose(probe);
     FILE *pipe = popen("gnuplot 2>/dev/null", "w");
     int status = -1;
     if (pipe) {

@@ -212,7 +212,7 @@ static void allot_all(scene *s, const yaml_scene *y)
     s->sources = allot(y->sources_count, sizeof *s->sources);
     s->clips = allot(y->clips_count, sizeof *s->clips);
     s->masks = allot(y->masks_count, sizeof *s->masks);
-    s->layers = allot(y->layers_count, sizeof *s->layers);
+    s->layers = bake_alloc(y->layers_count + 1, sizeof *s->layers); /* see add_base_layer */
     s->filters = allot(y->filters_count, sizeof *s->filters);
     s->triggers = allot(y->triggers_count, sizeof *s->triggers);
     s->servos = allot(y->servos_count, sizeof *s->servos);
@@ -243,6 +243,17 @@ static int read_name(loader *l)
     return 0;
 }
 
+/* A scene that names no layers plays its first clip, so that a board does not stand still. */
+static int add_base_layer(scene *s)
+{
+    if (s->layer_count == 0) {
+        int mode = s->clips[0].additive ? (int)WG_MODE_ADD : (int)WG_MODE_OVERRIDE;
+        s->layers[0] = (scene_layer){bake_copy("base"), 0, mode, -1, 1};
+        s->layer_count = 1;
+    }
+    return 0;
+}
+
 static int read_all(loader *l)
 {
     static const scene_measure rate = {
@@ -259,7 +270,7 @@ static int read_all(loader *l)
                    loader_each(l, "sources", scene_read_source) ||
                    loader_each(l, "clips", scene_read_clip) ||
                    loader_each(l, "masks", scene_read_mask) ||
-                   loader_each(l, "layers", scene_read_layer) ||
+                   loader_each(l, "layers", scene_read_layer) || add_base_layer(s) ||
                    loader_each(l, "filters", scene_read_filter) ||
                    loader_each(l, "triggers", scene_read_trigger) ||
                    loader_each(l, "servos", scene_read_servo)

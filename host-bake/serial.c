@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -43,29 +44,39 @@ static int make_raw(int line, speed_t speed)
     return tcsetattr(line, TCSANOW, &t);
 }
 
-int serial_open(const char *path, long baud, int *paced, bake_error *error)
+int serial_file(const char *path, bake_error *error)
+{
+    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    return file < 0 ? bake_fail(error, "%s: %s", path, strerror(errno)) : file;
+}
+
+/* Closes a line that cannot be used. */
+static int refuse(int line, const char *path, const char *why, bake_error *error)
+{
+    close(line);
+    return bake_fail(error, "%s: %s", path, why);
+}
+
+int serial_open(const char *path, long baud, bake_error *error)
 {
     speed_t speed = speed_of(baud);
+    struct stat what;
     if (speed == B0) {
         return bake_fail(error,
                          "--baud %ld: this machine has 9600, 19200, 38400, 57600, 115200, "
                          "230400, 500000 and 1000000",
                          baud);
     }
-    int line = open(path, O_WRONLY | O_CREAT | O_NOCTTY, 0644);
+    if (stat(path, &what) == 0 && !S_ISCHR(what.st_mode) && !S_ISFIFO(what.st_mode)) {
+        return bake_fail(error, "%s: not a serial line; --bus writes the frames to a file", path);
+    }
+    int line = open(path, O_WRONLY | O_NOCTTY);
     if (line < 0) {
-        return bake_fail(error, "%s: %s", path, strerror(errno));
+        return bake_fail(error, "%s: %s; ls /dev/tty* shows the lines there are", path,
+                         strerror(errno));
     }
-    *paced = isatty(line);
-    if (*paced && make_raw(line, speed) < 0) {
-        bake_fail(error, "%s: cannot be set to %ld baud: %s", path, baud, strerror(errno));
-        close(line);
-        return -1;
-    }
-    if (!*paced && ftruncate(line, 0) < 0 && errno != EINVAL) { /* pipes have no length */
-        bake_fail(error, "%s: %s", path, strerror(errno));
-        close(line);
-        return -1;
+    if (isatty(line) && make_raw(line, speed) < 0) {
+        return refuse(line, path, "it cannot be set to that baud rate", error);
     }
     return line;
 }

@@ -322,7 +322,7 @@ def serial_file_holds_the_csv_positions():
         clip = baked(protocol, servos)
         text = wiggly("play", clip, "--csv", "-").stdout
         write("bus.bin", b"old and longer " * 9999)
-        expect(DONE, wiggly("play", clip, "--serial", path("bus.bin")))
+        expect(DONE, wiggly("play", clip, "--bus", path("bus.bin")))
         line = servo_decode.decode(protocol, read("bus.bin"))
         assert line.errors == 0 and line.frames() == servo_columns(text, protocol)
         assert len(line.frames()) == 51
@@ -357,6 +357,8 @@ def full_disks_are_noticed():
     expect(FAILED, wiggly("play", clip, "--csv", "/dev/full"), "/dev/full")
     expect(FAILED, wiggly("play", clip, "--serial", "/dev/full"), "No space")
     expect(FAILED, wiggly("play", clip, "--csv", path("missing/x.csv")), "missing/x.csv")
+    done = expect(FAILED, wiggly("play", clip, "--png", path("missing/x.png")), "missing/x.png")
+    assert "PNG" not in done.stdout
     with open("/dev/full", "w") as full:
         expect(FAILED, wiggly("play", clip, "--csv", "-", stdout=full), "disk full")
         expect(FAILED, wiggly("info", clip, stdout=full), "disk full")
@@ -381,6 +383,11 @@ def usage_errors_exit_with_2():
             (["play", clip, "--serial", path("x"), "--baud", "0"], "--baud")):
         expect(USAGE, wiggly(*arguments), word)
     expect(FAILED, wiggly("play", clip, "--serial", path("x"), "--baud", "12345"), "115200")
+    write("keep.txt", b"mine")
+    expect(FAILED, wiggly("play", clip, "--serial", path("keep.txt")), "--bus")
+    assert read("keep.txt") == b"mine"
+    expect(FAILED, wiggly("play", clip, "--serial", path("ttyTypo")), "ls /dev/tty")
+    assert not os.path.exists(path("ttyTypo"))
     assert read("usage.yaml").startswith(b"name: small")
 
 
