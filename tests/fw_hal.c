@@ -1,6 +1,7 @@
 /* Self-test image of a HAL: every function of hal.h once, with answers that a person or a script
- * can check on the two lines. A new port runs this first. bus    all 256 byte values in order, then
- * each received byte plus one, for 100 ms I2C    01 02 03 04 to the memory at 0x40, if there is one
+ * can check on the two lines. A new port runs this first.
+ *   bus    all 256 byte values in order, then each received byte plus one, for 100 ms
+ *   I2C    01 02 03 04 to the memory at 0x40, if there is one
  *   stops  with 42
  * SPDX-License-Identifier: MIT */
 #include "hal.h"
