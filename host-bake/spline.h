@@ -42,9 +42,6 @@ typedef struct {
 /* out[4]: value, velocity, acceleration, jerk at t (extrapolates beyond the ends). */
 void bake_segment_eval(const bake_segment *segment, double t, double out[4]);
 
-/* The four basis functions and their first three derivatives at t: out[derivative][function]. */
-void bake_segment_basis(const bake_segment *segment, double t, double out[4][4]);
-
 /* Chooses the best conditioned family for a mode on [t0, t1] and fills everything but w. */
 void bake_segment_prepare(bake_segment *segment, const bake_mode *mode, double t0, double t1);
 

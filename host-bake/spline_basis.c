@@ -193,14 +193,6 @@ static double from_middle(const bake_segment *segment, double t)
     return before < after ? before - H : H - after;
 }
 
-void bake_segment_basis(const bake_segment *segment, double t, double out[4][4])
-{
-    double all[4][5];
-    bake_segment_functions(segment, from_middle(segment, t), all);
-    for (int i = 0; i < 4; i++)
-        memcpy(out[i], all[i], sizeof out[i]);
-}
-
 void bake_segment_eval(const bake_segment *segment, double t, double out[4])
 {
     double all[4][5];
