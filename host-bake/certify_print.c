@@ -63,7 +63,7 @@ static void print_failures(const build *b, const certificate *c, FILE *to)
 
 void certificate_print(const build *b, const certificate *c, FILE *to)
 {
-    fprintf(to, "played against authored (every quarter tick)\n"
+    fprintf(to, "played against authored (at quarter ticks, 200,000 at most)\n"
                 "  clip         channel          largest       rms                   tolerance "
                 "segs  waves\n");
     for (int i = 0; i < c->channel_count; i++) {
