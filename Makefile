@@ -6,6 +6,8 @@ include boards/$(BOARD)/board.mk
 
 # ---- flags: the same for every board ------------------------------------------------------------
 MEM    ?= near
+KERNEL ?= plain
+PANEL  ?= none
 STD    := -std=c99 -pedantic -ffp-contract=off
 WARN   := -Wall -Wextra -Wshadow -Wconversion -Wdouble-promotion -Wmissing-prototypes -Wvla
 WARN   += $(if $(WERROR),-Werror)
@@ -14,10 +16,11 @@ CC     := $(CROSS)gcc
 AR     := $(CROSS)ar
 CFLAGS += $(STD) $(WARN) $(OPT) $(CPU) -g -MMD -MP -ffunction-sections -fdata-sections
 PURE_I := -Iinclude -Ifirmware/player/mem/$(MEM)
+DEVICE_I := -Ifirmware/player -Ifirmware/device -Ifirmware/device/raster -Ifirmware/device/display
 
-PLAYER := $(wildcard firmware/player/*.c firmware/player/mem/$(MEM)/*.[cS])
+PLAYER := $(wildcard firmware/player/*.c firmware/player/mem/$(MEM)/*.[cS] firmware/player/kernel/$(KERNEL)/*.[cS])
 PLAYER := $(patsubst %,$B/%.o,$(basename $(PLAYER)))
-DEVICE := $(patsubst %.c,$B/%.o,$(wildcard firmware/device/*.c))
+DEVICE := $(patsubst %.c,$B/%.o,$(wildcard firmware/device/*.c firmware/device/*/*.c))
 
 .PHONY: all player device bake test check bench budget demo run clean help setup pure format
 all: player device ## the player and device libraries for BOARD, with nothing but a C99 compiler
@@ -38,36 +41,37 @@ $B/firmware/player/%.o: firmware/player/%.S
 	$(CC) $(CPU) -g -c $< -o $@
 $B/firmware/device/%.o: firmware/device/%.c
 	@mkdir -p $(@D)
-	$(CC) $(CFLAGS) $(PURE_I) -Ifirmware/player -c $< -o $@
+	$(CC) $(CFLAGS) $(PURE_I) $(DEVICE_I) -c $< -o $@
 
 # ---- the baker (host only) ----------------------------------------------------------------------
-BAKE_LIBS := -lassimp -lcyaml -lyaml -llapacke -lopenblas -lm
+BAKE_LIBS := -lassimp -lcyaml -lpng -lSDL2 -lyaml -llapacke -lopenblas -lm
 BAKE      := $(patsubst %.c,build/bake/%.o,$(wildcard host-bake/*.c))
-BAKE_CF   := -std=c11 -D_DEFAULT_SOURCE $(WARN) -O2 -g -ffp-contract=off -MMD -MP $(PURE_I) -Ihost-bake -Ifirmware/device
+BAKE_CF   := -std=c11 -D_DEFAULT_SOURCE $(WARN) -O2 -g -ffp-contract=off -MMD -MP $(PURE_I) -Ihost-bake $(DEVICE_I)
 bake: build/wiggly ## the host baker, build/wiggly
 build/bake/%.o: %.c
 	@mkdir -p $(@D)
 	gcc $(BAKE_CF) -c $< -o $@
 build/libbake.a: $(filter-out %/main.o,$(BAKE))
 	rm -f $@; ar rcs $@ $^
-build/wiggly: build/bake/host-bake/main.o build/libbake.a build/host/libplayer.a build/host/libdevice.a
+build/wiggly: build/bake/host-bake/main.o build/libbake.a build/host/libdevice.a build/host/libplayer.a
 	gcc -o $@ $^ $(BAKE_LIBS)
 
 # ---- tests --------------------------------------------------------------------------------------
-build/tests/test_bake_%: tests/test_bake_%.c build/libbake.a build/host/libplayer.a build/host/libdevice.a
+build/tests/test_bake_%: tests/test_bake_%.c build/libbake.a build/host/libdevice.a build/host/libplayer.a
 	@mkdir -p $(@D)
-	gcc $(BAKE_CF) -Itests -Ifirmware/player -Ifirmware/device $< -o $@ $(filter %.a,$^) $(BAKE_LIBS)
+	gcc $(BAKE_CF) -Itests $(DEVICE_I) $< -o $@ $(filter %.a,$^) $(BAKE_LIBS)
 # the pure code and its tests in one go, under the sanitizers unless SAN= says otherwise
 SAN      ?= -fsanitize=address,undefined -fno-sanitize-recover=undefined
-PURE_SRC := $(wildcard firmware/player/*.c firmware/player/mem/near/*.c firmware/device/*.c)
-PURE_CF  := $(STD) $(WARN) -O1 -g $(SAN) $(PURE_I) -Itests -Ifirmware/player -Ifirmware/device
-PURE_H   := $(wildcard firmware/*/*.h include/*.h hal/*.h tests/*.h tests/fuzz/*.h)
+PURE_SRC := $(wildcard firmware/player/*.c firmware/player/*/near/*.c firmware/player/*/plain/*.c \
+    firmware/device/*.c firmware/device/*/*.c)
+PURE_CF  := $(STD) $(WARN) -O1 -g $(SAN) $(PURE_I) -Itests $(DEVICE_I)
+PURE_H   := $(wildcard firmware/*/*.h firmware/*/*/*.h include/*.h hal/*.h tests/*.h tests/fuzz/*.h)
 build/tests/test_%: tests/test_%.c $(PURE_SRC) $(PURE_H)
 	@mkdir -p $(@D)
 	gcc $(PURE_CF) $< $(PURE_SRC) -o $@ -lm
 # this one includes the firmware's loop
-build/tests/test_device_loop: PURE_CF += -Ihal
-build/tests/test_device_loop: firmware/main.c
+build/tests/test_device_loop: PURE_CF += -Ihal -Ifirmware firmware/panel/none/panel.c
+build/tests/test_device_loop: firmware/main.c firmware/panel/none/panel.c
 build/tests/replay: tests/fuzz/replay.c $(PURE_SRC) $(PURE_H)
 	@mkdir -p $(@D)
 	gcc $(PURE_CF) $(filter %.c,$^) -o $@
@@ -99,7 +103,7 @@ CLIP_C  := $(basename $(CLIP)).c
 IMAGE   := $(CLIP_B)/$(basename $(notdir $(PROGRAM))).elf
 HAL_O   := $(patsubst %,$B/%.o,$(basename $(wildcard $(HAL:%=hal/%/*.[cS]))))
 HAL_I   := -Ihal -Ihal/bare -Iboards/$(BOARD)
-IMAGE_I := $(PURE_I) -I$(CLIP_B) -Ifirmware/device -Ihal
+IMAGE_I := $(PURE_I) -I$(CLIP_B) $(DEVICE_I) -Ifirmware -Ifirmware/panel/$(PANEL) -Ihal
 .PHONY: image tools stack test-boards
 image: $(IMAGE) ## firmware for BOARD with CLIP=x.wgl linked in; FRAMES=n stops after n frames
 run: FRAMES = CLIP_FRAMES
@@ -133,7 +137,9 @@ $(CLIP_C): $(filter build/nod.wgl,$(CLIP))
 $(CLIP_B)/clip.h: $(CLIP_C) FORCE
 	@mkdir -p $(@D)
 	@cp $(basename $(CLIP)).h $@
-$(IMAGE): $(PROGRAM) $(CLIP_C) $(CLIP_B)/clip.h $(HAL_O) $B/libdevice.a $B/libplayer.a FORCE
+# without a display nothing of shapes and pictures is linked
+SCREEN  := $(if $(filter main.c,$(notdir $(PROGRAM))),$(if $(filter-out none,$(PANEL)),firmware/screen.c) firmware/panel/$(PANEL)/panel.c)
+$(IMAGE): $(PROGRAM) $(SCREEN) $(CLIP_C) $(CLIP_B)/clip.h $(HAL_O) $B/libdevice.a $B/libplayer.a FORCE
 	$(CC) $(filter-out -MMD -MP,$(CFLAGS)) $(IMAGE_I) -DBOARD_FRAMES=$(FRAMES) \
 	    $(filter %.c %.o %.a,$^) -Wl,--gc-sections $(LD) -o $@
 FORCE:

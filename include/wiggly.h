@@ -13,6 +13,13 @@
  *       wg_player_sample(&player, values);        // value = raw / 2^frac of its channel
  *   }
  *
+ * A clip with shapes goes on, for each frame of a display (device/raster/picture.h does all of it):
+ *
+ *   if (wg_open_shapes(&file) < 0) stop();        // once, after wg_open
+ *   wg_pose_init(&pose, &file, 0, weights);       // int16_t weights[CLIP_BASES]
+ *   wg_pose_set(&pose, values, WG_BASES_MAX, NULL);
+ *   wg_pose_vertices(&pose, first, count, xyz);   // any range of vertices
+ *
  * The clip is untrusted, the caller is trusted: wg_open checks every offset, count and index once;
  * after it nothing can fail or read outside the clip. No function keeps state, allocates, recurses
  * or calls out. All mutable state is in wg_player and wg_layer[]: a snapshot is a memcpy.
@@ -48,6 +55,11 @@ extern "C" {
 #define WG_ERR_TRIGGER   (-15)
 #define WG_ERR_SERVO     (-16)
 #define WG_ERR_NAME      (-17)
+#define WG_ERR_SHAPE     (-18)
+#define WG_ERR_BASIS     (-19)
+#define WG_ERR_BLOCK     (-20)
+#define WG_ERR_PART      (-21)
+#define WG_ERR_VIEW      (-22)
 
 /* ---- the file -------------------------------------------------------------------------------- */
 
@@ -179,6 +191,56 @@ void wg_player_crossfade(wg_player *p, uint8_t lower, uint8_t clip, uint32_t fad
 /* Where a layer is, and whether it has come to the end of a clip that does not repeat. */
 uint32_t wg_player_time(const wg_player *p, uint8_t layer);
 bool wg_player_ended(const wg_player *p, uint8_t layer);
+
+/* ---- shapes: channel values to vertices, a function of the values alone -----------------------
+ */
+
+/* Validates the sections of shapes, parts and views, as wg_open does the others: once, before any
+ * function below; a firmware without a display does without it.                    [SPEC 4.13-4.17]
+ *   returns  0, or WG_ERR_SHAPE .. WG_ERR_VIEW
+ *   cost     one walk over the records and over the corners of every triangle */
+int wg_open_shapes(const wg_file *file);
+
+/* A rigid motion that the posed vertices go through: y = turn (x - centre). A camera. */
+typedef struct {
+    int32_t turn_q30[9]; /* row-major, orthonormal */
+    int32_t centre[3];   /* units of length / 2^centre_frac, |centre| < 2^30 */
+    int8_t centre_frac;
+} wg_rigid;
+
+/* A shape at one moment. Filled by wg_pose_set, read by wg_pose_vertices. */
+typedef struct {
+    const wg_file *file;
+    const uint8_t *record;
+    int16_t *weights;  /* one a basis */
+    int32_t move[3];   /* raw units / 2^WG_POSE_BITS */
+    int16_t turn[9];   /* row-major, Q turn_bits */
+    uint8_t turn_bits; /* 8..14 */
+    int8_t frac;       /* of the shape: posed = raw / 2^(frac + WG_POSE_BITS) units of length */
+    uint16_t vertices;
+} wg_pose;
+
+/*   weights  basis_count of the shape, at most CLIP_BASES; the pose's until it is dropped */
+void wg_pose_init(wg_pose *pose, const wg_file *file, uint8_t shape, int16_t *weights);
+
+/* Weights and the affine part at the moment of `values`.                 [SPEC 6.8; Alexa (7.5)]
+ *   values   of all channels, from wg_player_sample or wg_clip_sample
+ *   bases    how many of the shape's first bases count: the level of detail
+ *   camera   applied after the affine part, or NULL */
+void wg_pose_set(wg_pose *pose, const int32_t *values, uint16_t bases, const wg_rigid *camera);
+
+/* The same for a shape of normals, which turn with the cofactors of `positions`' matrix, camera
+ * included, and do not move. Their length is not kept. */
+void wg_pose_set_normals(wg_pose *pose, const int32_t *values, uint16_t bases,
+                         const wg_pose *positions);
+
+/* Vertices first .. first + count - 1: rest + sum of weighted bases, then the affine part.
+ *                                                               [SPEC 6.8; Alexa (7.5), (7.8)]
+ *   xyz      3 count, raw units / 2^WG_POSE_BITS; every element written; also the work area
+ *   bits     the same for every way to cut the vertices into ranges
+ *   cost     a block whose weights are 0, and a vertex outside the blocks, cost nothing
+ *   differs  [Alexa 7.3.3] N8 has one block a basis; here any number, so that shapes may overlap */
+void wg_pose_vertices(const wg_pose *pose, uint16_t first, uint16_t count, int32_t *xyz);
 
 #ifdef __cplusplus
 }

@@ -5,7 +5,7 @@
 
 #define WG_FORMAT_MAGIC 0x594c4757u /* 3.1 "WGLY" */
 #define WG_FORMAT_MAJOR 1u          /* 3.1 another major: reject */
-#define WG_FORMAT_MINOR 0u          /* 3.1 a newer minor still plays */
+#define WG_FORMAT_MINOR 1u          /* 3.1 a newer minor still plays */
 
 /* 3.1 header */
 #define WG_HEADER_BYTES    16u
@@ -32,7 +32,12 @@
 #define WG_SECTION_TRIGGERS 10u
 #define WG_SECTION_SERVOS   11u
 #define WG_SECTION_NAMES    12u
-#define WG_SECTION_KNOWN    12u
+#define WG_SECTION_SHAPES   13u /* 13 to 17: since 1.1 */
+#define WG_SECTION_BASES    14u
+#define WG_SECTION_BLOCKS   15u
+#define WG_SECTION_PARTS    16u
+#define WG_SECTION_VIEWS    17u
+#define WG_SECTION_KNOWN    17u
 
 /* 4 limits */
 #define WG_CHANNELS_MAX 256u
@@ -43,6 +48,10 @@
 #define WG_TRIGGERS_MAX 32u
 #define WG_SERVOS_MAX   64u
 #define WG_MATRIX_MAX   8u
+#define WG_SHAPES_MAX   16u
+#define WG_BASES_MAX    64u /* of one shape */
+#define WG_PARTS_MAX    64u
+#define WG_VIEWS_MAX    16u
 #define WG_NONE         255u       /* no clip, no mask */
 #define WG_VALUE_LIMIT  (1L << 28) /* |rest|, |base|, filter constants */
 
@@ -171,5 +180,78 @@
 #define WG_PROTOCOL_DYNAMIXEL2 2u /* unit: 1/4096 turn */
 #define WG_PROTOCOL_PCA9685    3u /* unit: 1/4 us */
 #define WG_PROTOCOL_COUNT      4u
+
+/* 4.13 shape: u16 vertices, i8 frac, u8 0, u16 basis_first, u16 basis_count, u16 block_first,
+ * u16 block_count, u16 affine, u16 0, u32 rest (offset into DATA), i32 origin[3] */
+#define WG_SHAPE_BYTES       32u
+#define WG_SHAPE_VERTICES    0u
+#define WG_SHAPE_FRAC        2u
+#define WG_SHAPE_BASIS_FIRST 4u
+#define WG_SHAPE_BASIS_COUNT 6u
+#define WG_SHAPE_BLOCK_FIRST 8u
+#define WG_SHAPE_BLOCK_COUNT 10u
+#define WG_SHAPE_AFFINE      12u
+#define WG_SHAPE_REST        16u
+#define WG_SHAPE_ORIGIN      20u
+
+#define WG_ABSENT          0xffffu /* no affine channels, no second basis, no normals */
+#define WG_AFFINE_CHANNELS 12u     /* row-major 3 x 3, then the translation */
+#define WG_SHAPE_FRAC_MIN  (-8)
+#define WG_SHAPE_FRAC_MAX  20
+#define WG_POSE_BITS       8u /* fraction bits of a posed vertex below the shape's units */
+
+/* 4.14 basis: u16 channel, i16 gain, u8 gain_shift, u8 0, u16 0 */
+#define WG_BASIS_BYTES      8u
+#define WG_BASIS_CHANNEL    0u
+#define WG_BASIS_GAIN       2u
+#define WG_BASIS_GAIN_SHIFT 4u
+
+/* 4.15 block: u16 a, u16 b, u16 first, u16 count, u8 bits, u8 0, u16 0, u32 data */
+#define WG_BLOCK_BYTES 16u
+#define WG_BLOCK_A     0u
+#define WG_BLOCK_B     2u
+#define WG_BLOCK_FIRST 4u
+#define WG_BLOCK_COUNT 6u
+#define WG_BLOCK_BITS  8u
+#define WG_BLOCK_DATA  12u
+
+/* 4.16 part: u16 shape, u16 normals, u16 triangles, u8 sides, u8 0, u8 red, green, blue, u8 0,
+ * u32 data */
+#define WG_PART_BYTES     16u
+#define WG_PART_SHAPE     0u
+#define WG_PART_NORMALS   2u
+#define WG_PART_TRIANGLES 4u
+#define WG_PART_SIDES     6u /* 0: the front alone, 1: both */
+#define WG_PART_COLOUR    8u
+#define WG_PART_DATA      12u
+
+#define WG_TRIANGLE_BYTES 6u
+
+/* 4.17 view: u8 projection, u8 shading, u8 ambient, u8 0, i8 light[3], u8 0, u8 background[3], u8 0,
+ * u16 channel[8] */
+#define WG_VIEW_BYTES      28u
+#define WG_VIEW_PROJECTION 0u
+#define WG_VIEW_SHADING    1u
+#define WG_VIEW_AMBIENT    2u
+#define WG_VIEW_LIGHT      4u
+#define WG_VIEW_BACKGROUND 8u
+#define WG_VIEW_CHANNEL    12u
+
+#define WG_VIEW_CHANNELS 8u /* in this order */
+#define WG_VIEW_YAW      0u
+#define WG_VIEW_PITCH    1u
+#define WG_VIEW_ROLL     2u
+#define WG_VIEW_X        3u
+#define WG_VIEW_Y        4u
+#define WG_VIEW_Z        5u
+#define WG_VIEW_DISTANCE 6u
+#define WG_VIEW_SIZE     7u
+
+#define WG_PERSPECTIVE  0u
+#define WG_ORTHOGRAPHIC 1u
+
+#define WG_SHADING_WIRE   0u
+#define WG_SHADING_FLAT   1u
+#define WG_SHADING_SMOOTH 2u
 
 #endif

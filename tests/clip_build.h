@@ -43,6 +43,27 @@ typedef struct {
     uint16_t velocity, acceleration;
 } build_servo_data;
 
+typedef struct {
+    uint16_t vertices;
+    int8_t frac;
+    uint16_t affine;
+    int32_t origin[3];
+    const int16_t *rest; /* 3 vertices */
+} build_shape_data;
+
+/* Components of 8 bits are given as int16_t too. */
+typedef struct {
+    uint16_t a, b, first, count;
+    uint8_t bits;
+    const int16_t *of_a, *of_b; /* 3 count; of_b only for a pair */
+} build_block_data;
+
+typedef struct {
+    uint16_t shape, normals, triangles;
+    uint8_t sides, colour[3];
+    const uint16_t *corners; /* 3 triangles */
+} build_part_data;
+
 /* ---- bytes ----------------------------------------------------------------------------------- */
 
 static inline void build_put(uint8_t *at, unsigned bytes, uint32_t value)
@@ -265,6 +286,98 @@ static inline void build_name(build *b, const char *text)
     b->section[WG_SECTION_NAMES].count++;
 }
 
+/* ---- shapes ---------------------------------------------------------------------------------- */
+
+/* Bases and blocks added next belong to this shape. */
+static inline void build_shape(build *b, const build_shape_data *s)
+{
+    build_align(b, WG_SECTION_DATA, 4);
+    build_add(b, WG_SECTION_SHAPES, 2, s->vertices);
+    build_add(b, WG_SECTION_SHAPES, 2, (uint8_t)s->frac);
+    build_add(b, WG_SECTION_SHAPES, 4, b->section[WG_SECTION_BASES].count);
+    build_add(b, WG_SECTION_SHAPES, 4, b->section[WG_SECTION_BLOCKS].count);
+    build_add(b, WG_SECTION_SHAPES, 4, s->affine);
+    build_add(b, WG_SECTION_SHAPES, 4, b->section[WG_SECTION_DATA].bytes);
+    for (unsigned c = 0; c < 3; c++) {
+        build_add(b, WG_SECTION_SHAPES, 4, (uint32_t)s->origin[c]);
+    }
+    b->section[WG_SECTION_SHAPES].count++;
+    for (uint32_t i = 0; i < 3u * s->vertices; i++) {
+        build_add(b, WG_SECTION_DATA, 2, (uint16_t)s->rest[i]);
+    }
+}
+
+static inline void build_basis(build *b, uint16_t channel, int16_t gain, uint8_t gain_shift)
+{
+    build_add(b, WG_SECTION_BASES, 2, channel);
+    build_add(b, WG_SECTION_BASES, 2, (uint16_t)gain);
+    build_add(b, WG_SECTION_BASES, 4, gain_shift);
+    b->section[WG_SECTION_BASES].count++;
+    build_count(b, WG_SECTION_SHAPES, WG_SHAPE_BYTES - WG_SHAPE_BASIS_COUNT);
+}
+
+/* Component i of the block's data: a.c, b.c, .. or in groups of two (SPEC 4.15). */
+static inline int16_t build_component(const build_block_data *k, uint32_t i)
+{
+    uint32_t n = 3u * k->count, group = k->bits == 8 ? 2u : 1u;
+    if (k->b == WG_ABSENT) {
+        return k->of_a[i];
+    }
+    uint32_t c = i / (2u * group) * group + i % group;
+    return c >= n ? 0 : i / group % 2u == 0 ? k->of_a[c] : k->of_b[c];
+}
+
+static inline void build_block(build *b, const build_block_data *k)
+{
+    uint32_t n = 3u * k->count;
+    n = k->b == WG_ABSENT ? n : k->bits == 8 ? (n + 1u) / 2u * 4u : 2u * n;
+    build_align(b, WG_SECTION_DATA, 4);
+    build_add(b, WG_SECTION_BLOCKS, 2, k->a);
+    build_add(b, WG_SECTION_BLOCKS, 2, k->b);
+    build_add(b, WG_SECTION_BLOCKS, 2, k->first);
+    build_add(b, WG_SECTION_BLOCKS, 2, k->count);
+    build_add(b, WG_SECTION_BLOCKS, 4, k->bits);
+    build_add(b, WG_SECTION_BLOCKS, 4, b->section[WG_SECTION_DATA].bytes);
+    b->section[WG_SECTION_BLOCKS].count++;
+    build_count(b, WG_SECTION_SHAPES, WG_SHAPE_BYTES - WG_SHAPE_BLOCK_COUNT);
+    for (uint32_t i = 0; i < n; i++) {
+        build_add(b, WG_SECTION_DATA, k->bits == 8 ? 1 : 2, (uint16_t)build_component(k, i));
+    }
+}
+
+static inline void build_part(build *b, const build_part_data *p)
+{
+    build_align(b, WG_SECTION_DATA, 2);
+    build_add(b, WG_SECTION_PARTS, 2, p->shape);
+    build_add(b, WG_SECTION_PARTS, 2, p->normals);
+    build_add(b, WG_SECTION_PARTS, 2, p->triangles);
+    build_add(b, WG_SECTION_PARTS, 2, p->sides);
+    for (unsigned c = 0; c < 3; c++) {
+        build_add(b, WG_SECTION_PARTS, 1, p->colour[c]);
+    }
+    build_add(b, WG_SECTION_PARTS, 1, 0);
+    build_add(b, WG_SECTION_PARTS, 4, b->section[WG_SECTION_DATA].bytes);
+    b->section[WG_SECTION_PARTS].count++;
+    for (uint32_t i = 0; i < 3u * p->triangles; i++) {
+        build_add(b, WG_SECTION_DATA, 2, p->corners[i]);
+    }
+}
+
+/* Light from the viewer, a black background. */
+static inline void build_view(build *b, uint8_t projection, uint8_t shading,
+                              const uint16_t channel[WG_VIEW_CHANNELS])
+{
+    build_add(b, WG_SECTION_VIEWS, 1, projection);
+    build_add(b, WG_SECTION_VIEWS, 1, shading);
+    build_add(b, WG_SECTION_VIEWS, 2, 60);           /* ambient */
+    build_add(b, WG_SECTION_VIEWS, 4, 127ul << 16u); /* light */
+    build_add(b, WG_SECTION_VIEWS, 4, 0);
+    for (unsigned c = 0; c < WG_VIEW_CHANNELS; c++) {
+        build_add(b, WG_SECTION_VIEWS, 2, channel[c]);
+    }
+    b->section[WG_SECTION_VIEWS].count++;
+}
+
 /* ---- the file -------------------------------------------------------------------------------- */
 
 /* CRC-32 (ISO-HDLC) of bytes 8 .. length-1, from the definition in SPEC 3.1. */
@@ -349,7 +462,7 @@ static inline uint8_t *build_finish(build *b, uint32_t *size)
 /* Where record `index` of a section starts in a finished file. */
 static inline uint32_t build_where(const uint8_t *file, uint32_t kind, uint32_t index)
 {
-    static const uint8_t STRIDE[] = {0, 8, 24, 6, 20, 1, 4, 1, 8, 12, 8, 20, 1};
+    static const uint8_t STRIDE[] = {0, 8, 24, 6, 20, 1, 4, 1, 8, 12, 8, 20, 1, 32, 8, 16, 16, 28};
     const uint8_t *entry = file + WG_HEADER_BYTES;
     while (build_get(entry, 2) != kind) {
         entry += WG_DIRECTORY_BYTES;

@@ -10,12 +10,16 @@
 #define PURE_STEP_US 10000u
 #define PLAY_TICK_US 20000u
 #define PLAY_TICKS   150u /* 3 s */
+#define POSE_TIMES   5u   /* of each clip */
+#define POSE_RANGE   64u  /* vertices at once; or 7, so that ranges start and end anywhere */
 
 static wg_file file;
 static wg_layer layers[CLIP_LAYERS];
 static wg_player player;
 static int32_t values[CLIP_CHANNELS];
 static int32_t velocities[CLIP_CHANNELS];
+static int16_t weights[WG_BASES_MAX];
+static int32_t xyz[3u * POSE_RANGE];
 
 static uint32_t hash_u32(uint32_t hash, uint32_t word)
 {
@@ -88,6 +92,54 @@ static uint32_t hash_player(uint32_t hash)
     return hash;
 }
 
+static uint32_t hash_vertices(uint32_t hash, const wg_pose *pose, uint16_t range)
+{
+    for (uint32_t first = 0; first < pose->vertices; first += range) {
+        uint32_t left = pose->vertices - first;
+        uint16_t count = (uint16_t)(left < range ? left : range);
+        wg_pose_vertices(pose, (uint16_t)first, count, xyz);
+        for (uint16_t i = 0; i < 3u * count; i++) {
+            hash = hash_u32(hash, (uint32_t)xyz[i]);
+        }
+    }
+    return hash;
+}
+
+/* A shape by itself, before a camera with all but one basis, and as its own normals. */
+static uint32_t hash_shape(uint32_t hash, uint8_t shape)
+{
+    static const wg_rigid CAMERA = {{INT32_C(644245094), INT32_C(-858993459), 0, INT32_C(858993459),
+                                     INT32_C(644245094), 0, 0, 0, INT32_C(1) << 30},
+                                    {INT32_C(12345), INT32_C(-6789), INT32_C(101112)},
+                                    10};
+    wg_pose pose, normals;
+    wg_pose_init(&pose, &file, shape, weights);
+    wg_pose_set(&pose, values, WG_BASES_MAX, 0);
+    hash = hash_vertices(hash, &pose, POSE_RANGE);
+    hash = hash_vertices(hash, &pose, 7);
+    uint16_t bases = wg_rd16(pose.record + WG_SHAPE_BASIS_COUNT);
+    wg_pose_set(&pose, values, (uint16_t)(bases > 0 ? bases - 1u : 0), &CAMERA);
+    hash = hash_vertices(hash, &pose, POSE_RANGE);
+    wg_pose_init(&normals, &file, shape, weights);
+    wg_pose_set_normals(&normals, values, WG_BASES_MAX, &pose);
+    return hash_vertices(hash, &normals, POSE_RANGE);
+}
+
+static uint32_t hash_shapes(uint32_t hash)
+{
+    const wg_section *clips = &file.section[WG_SECTION_CLIPS];
+    for (uint8_t clip = 0; clip < clips->count; clip++) {
+        uint32_t last_us = wg_rd32(clips->at + (uint32_t)clip * WG_CLIP_BYTES + WG_CLIP_US);
+        for (uint8_t i = 0; i < POSE_TIMES; i++) {
+            wg_clip_sample(&file, clip, last_us / (POSE_TIMES - 1u) * i, values, 0);
+            for (uint8_t shape = 0; shape < file.section[WG_SECTION_SHAPES].count; shape++) {
+                hash = hash_shape(hash, shape);
+            }
+        }
+    }
+    return hash;
+}
+
 static void log_hash(uint32_t hash)
 {
     char text[] = "hash 00000000";
@@ -101,11 +153,11 @@ static void log_hash(uint32_t hash)
 int main(void)
 {
     hal_init();
-    if (wg_open(&file, CLIP_DATA, CLIP_BYTES) < 0) {
+    if (wg_open(&file, CLIP_DATA, CLIP_BYTES) < 0 || wg_open_shapes(&file) < 0) {
         hal_log("clip refused");
         hal_stop(1);
     }
-    log_hash(hash_player(hash_clips(UINT32_C(2166136261))));
+    log_hash(hash_shapes(hash_player(hash_clips(UINT32_C(2166136261)))));
     hal_stop(0);
     return 0;
 }

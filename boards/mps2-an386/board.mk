@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 CROSS    := arm-none-eabi-
 CPU      := -mcpu=cortex-m4 -mthumb -mfloat-abi=soft -ffreestanding -fcallgraph-info=su
+KERNEL   := dsp
 HAL      := cmsdk arm_m bare
 LD       := -nostdlib -T boards/mps2-an386/link.ld -lgcc
 # 2^5 ns an instruction is 31 MIPS, near the board's 25 MHz

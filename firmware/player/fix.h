@@ -75,6 +75,22 @@ static inline int32_t fix_value(int64_t a)
     return a < -FIX_VALUE_MAX ? -FIX_VALUE_MAX : a > FIX_VALUE_MAX ? FIX_VALUE_MAX : (int32_t)a;
 }
 
+/* Intermediates of a shape's affine part saturate here: three of them turned still fit (SPEC 6.8). */
+#define FIX_AFFINE_MAX (INT32_C(0x3fffffff))
+
+/* floor(a 2^bits), saturated to +-FIX_AFFINE_MAX; any bits. */
+static inline int32_t fix_scale(int32_t a, int bits)
+{
+    if (bits < 0) {
+        a = wg_shr(a, bits < -31 ? 31u : (unsigned)-bits);
+        return fix_clamp(a, -FIX_AFFINE_MAX, FIX_AFFINE_MAX);
+    }
+    int32_t most = bits < 30 ? FIX_AFFINE_MAX >> bits : 0;
+    return a < -most  ? -FIX_AFFINE_MAX
+           : a > most ? FIX_AFFINE_MAX
+                      : fix_shl(a, bits < 30 ? (unsigned)bits : 0);
+}
+
 /* round(2^(30 - i/32)), i = 0..31, but 2^30 - 1 for i = 0, so that the sum of two exponentials is
  * an int32; read through wg_rd32. */
 extern const int32_t fix_exp2_table[32];

@@ -2,7 +2,7 @@
  * Source: own. After wg_open the evaluator reads without looking: each check names the read it
  * makes safe.
  * SPDX-License-Identifier: MIT */
-#include "clip.h"
+#include "open.h"
 
 /* CRC-32 (ISO-HDLC) bit by bit: no table, because it runs once. Rounds: 8 a byte. */
 static uint32_t crc32(const uint8_t *at, uint32_t bytes)
@@ -39,13 +39,42 @@ static int check_header(const uint8_t *clip, uint32_t size)
 }
 
 /* Most records of each section, and their size; 0 = no fixed size. Indexed by kind. */
-static WG_TABLE const uint16_t MOST[WG_SECTION_KNOWN + 1] = {
-    0,      WG_CHANNELS_MAX, WG_CLIPS_MAX,  0xffff,         0xffff,          0xffff,
-    0xffff, WG_MASKS_MAX,    WG_LAYERS_MAX, WG_FILTERS_MAX, WG_TRIGGERS_MAX, WG_SERVOS_MAX,
-    0xffff};
-static WG_TABLE const uint8_t STRIDE[WG_SECTION_KNOWN + 1] = {
-    0, WG_CHANNEL_BYTES, WG_CLIP_BYTES,   WG_TRACK_BYTES,   WG_RUN_BYTES,   0, WG_EVENT_BYTES,
-    0, WG_LAYER_BYTES,   WG_FILTER_BYTES, WG_TRIGGER_BYTES, WG_SERVO_BYTES, 0};
+static WG_TABLE const uint16_t MOST[WG_SECTION_KNOWN + 1] = {0,
+                                                             WG_CHANNELS_MAX,
+                                                             WG_CLIPS_MAX,
+                                                             0xffff,
+                                                             0xffff,
+                                                             0xffff,
+                                                             0xffff,
+                                                             WG_MASKS_MAX,
+                                                             WG_LAYERS_MAX,
+                                                             WG_FILTERS_MAX,
+                                                             WG_TRIGGERS_MAX,
+                                                             WG_SERVOS_MAX,
+                                                             0xffff,
+                                                             WG_SHAPES_MAX,
+                                                             WG_SHAPES_MAX *WG_BASES_MAX,
+                                                             0xffff,
+                                                             WG_PARTS_MAX,
+                                                             WG_VIEWS_MAX};
+static WG_TABLE const uint8_t STRIDE[WG_SECTION_KNOWN + 1] = {0,
+                                                              WG_CHANNEL_BYTES,
+                                                              WG_CLIP_BYTES,
+                                                              WG_TRACK_BYTES,
+                                                              WG_RUN_BYTES,
+                                                              0,
+                                                              WG_EVENT_BYTES,
+                                                              0,
+                                                              WG_LAYER_BYTES,
+                                                              WG_FILTER_BYTES,
+                                                              WG_TRIGGER_BYTES,
+                                                              WG_SERVO_BYTES,
+                                                              0,
+                                                              WG_SHAPE_BYTES,
+                                                              WG_BASIS_BYTES,
+                                                              WG_BLOCK_BYTES,
+                                                              WG_PART_BYTES,
+                                                              WG_VIEW_BYTES};
 
 /* Kinds ascend strictly, sections lie inside the file on multiples of 4, records fill them. */
 static int read_directory(wg_file *file, const uint8_t *clip)
@@ -79,30 +108,13 @@ static int read_directory(wg_file *file, const uint8_t *clip)
     return 0;
 }
 
-static bool is_small(uint32_t value) /* |value| <= WG_VALUE_LIMIT as int32 */
-{
-    return value + (uint32_t)WG_VALUE_LIMIT <= 2u * (uint32_t)WG_VALUE_LIMIT;
-}
-
-/* first .. first + count - 1 exist among `total`. */
-static bool is_range(uint16_t first, uint16_t count, uint16_t total)
-{
-    return first <= total && count <= total - first;
-}
-
-/* `bytes` bytes at `offset` of DATA, on a multiple of `unit`. 64 bits: no sum can wrap. */
-static bool is_data(const wg_file *file, uint32_t offset, uint64_t bytes, uint32_t unit)
-{
-    return offset % unit == 0 && offset + bytes <= file->section[WG_SECTION_DATA].bytes;
-}
-
 static int check_channels(const wg_file *file)
 {
     uint16_t count = file->section[WG_SECTION_CHANNELS].count;
     for (uint16_t i = 0; i < count; i++) {
         const uint8_t *r = wg_record(file, WG_SECTION_CHANNELS, i, WG_CHANNEL_BYTES);
         uint8_t frac = wg_rd8(r + WG_CHANNEL_FRAC);
-        if ((frac > 30 && frac < 256 - 30) || !is_small(wg_rd32(r + WG_CHANNEL_REST))) {
+        if ((frac > 30 && frac < 256 - 30) || !wg_is_small(wg_rd32(r + WG_CHANNEL_REST))) {
             return WG_ERR_CHANNEL;
         }
     }
@@ -161,9 +173,9 @@ static int check_run(const wg_file *file, const uint8_t *run)
     uint8_t kind = wg_rd8(run + WG_RUN_KIND);
     uint32_t unit = kind <= WG_KIND_CUBIC ? 2u : 4u;
     if (kind >= WG_KIND_COUNT || segments == 0 || wg_rd8(run + WG_RUN_SHIFT) > WG_RUN_SHIFT_MAX ||
-        !is_aux(kind, wg_rd8(run + WG_RUN_AUX)) || !is_small(wg_rd32(run + WG_RUN_BASE)) ||
-        !is_data(file, wg_rd32(run + WG_RUN_TIMES), 2u * (uint64_t)segments, 2) ||
-        !is_data(file, wg_rd32(run + WG_RUN_DATA), run_bytes(kind, segments), unit) ||
+        !is_aux(kind, wg_rd8(run + WG_RUN_AUX)) || !wg_is_small(wg_rd32(run + WG_RUN_BASE)) ||
+        !wg_is_data(file, wg_rd32(run + WG_RUN_TIMES), 2u * (uint64_t)segments, 2) ||
+        !wg_is_data(file, wg_rd32(run + WG_RUN_DATA), run_bytes(kind, segments), unit) ||
         !is_trig_rate(file, run, kind)) {
         return WG_ERR_RUN;
     }
@@ -197,7 +209,7 @@ static int check_track(const wg_file *file, const uint8_t *track)
 {
     uint16_t first = wg_rd16(track + WG_TRACK_RUN_FIRST);
     uint16_t count = wg_rd16(track + WG_TRACK_RUN_COUNT);
-    if (count == 0 || !is_range(first, count, file->section[WG_SECTION_RUNS].count) ||
+    if (count == 0 || !wg_is_range(first, count, file->section[WG_SECTION_RUNS].count) ||
         wg_rd16(track + WG_TRACK_CHANNEL) >= file->section[WG_SECTION_CHANNELS].count) {
         return WG_ERR_TRACK;
     }
@@ -230,7 +242,7 @@ static int check_clip_tracks(const wg_file *file, const uint8_t *clip)
 {
     uint16_t first = wg_rd16(clip + WG_CLIP_TRACK_FIRST);
     uint16_t count = wg_rd16(clip + WG_CLIP_TRACK_COUNT);
-    if (!is_range(first, count, file->section[WG_SECTION_TRACKS].count)) {
+    if (!wg_is_range(first, count, file->section[WG_SECTION_TRACKS].count)) {
         return WG_ERR_CLIP;
     }
     uint32_t next_channel = 0;
@@ -255,7 +267,7 @@ static int check_events(const wg_file *file, const uint8_t *clip)
 {
     uint16_t first = wg_rd16(clip + WG_CLIP_EVENT_FIRST),
              count = wg_rd16(clip + WG_CLIP_EVENT_COUNT);
-    if (!is_range(first, count, file->section[WG_SECTION_EVENTS].count)) {
+    if (!wg_is_range(first, count, file->section[WG_SECTION_EVENTS].count)) {
         return WG_ERR_CLIP;
     }
     uint16_t previous = 0;
@@ -318,7 +330,7 @@ static int check_layers(const wg_file *file)
 static bool is_matrix(const wg_file *file, const uint8_t *filter)
 {
     uint32_t n = wg_rd8(filter + WG_FILTER_N), list = wg_rd32(filter + WG_FILTER_A);
-    if (n == 0 || n > WG_MATRIX_MAX || !is_data(file, list, 2u * n + 2u * n * n, 2)) {
+    if (n == 0 || n > WG_MATRIX_MAX || !wg_is_data(file, list, 2u * n + 2u * n * n, 2)) {
         return false;
     }
     for (uint32_t i = 0; i < n; i++) {
@@ -338,8 +350,8 @@ static int check_filters(const wg_file *file)
         bool good =
             op == WG_FILTER_MATRIX
                 ? is_matrix(file, r)
-                : op < WG_FILTER_MATRIX && is_small(wg_rd32(r + WG_FILTER_A)) &&
-                      is_small(wg_rd32(r + WG_FILTER_B)) &&
+                : op < WG_FILTER_MATRIX && wg_is_small(wg_rd32(r + WG_FILTER_A)) &&
+                      wg_is_small(wg_rd32(r + WG_FILTER_B)) &&
                       wg_rd16(r + WG_FILTER_CHANNEL) < file->section[WG_SECTION_CHANNELS].count;
         if (!good) {
             return WG_ERR_FILTER;
@@ -366,7 +378,7 @@ static int check_servos(const wg_file *file)
         const uint8_t *r = wg_record(file, WG_SECTION_SERVOS, i, WG_SERVO_BYTES);
         if (wg_rd8(r + WG_SERVO_PROTOCOL) >= WG_PROTOCOL_COUNT ||
             wg_rd16(r + WG_SERVO_CHANNEL) >= file->section[WG_SECTION_CHANNELS].count ||
-            !is_small(wg_rd32(r + WG_SERVO_OFFSET)) || wg_rd8(r + WG_SERVO_GAIN_SHIFT) > 40 ||
+            !wg_is_small(wg_rd32(r + WG_SERVO_OFFSET)) || wg_rd8(r + WG_SERVO_GAIN_SHIFT) > 40 ||
             (int16_t)wg_rd16(r + WG_SERVO_MIN) > (int16_t)wg_rd16(r + WG_SERVO_MAX)) {
             return WG_ERR_SERVO;
         }

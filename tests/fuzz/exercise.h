@@ -14,6 +14,7 @@
 
 #define EXERCISE_MAX    65536u /* larger inputs are ignored */
 #define EXERCISE_STEPS  48u    /* actions on the player */
+#define EXERCISE_RANGES 6u     /* of vertices, of each shape at each set of values */
 #define EXERCISE_EVENTS 300u   /* taken after one update at the most */
 
 static void must(int cond)
@@ -217,6 +218,51 @@ static void exercise_player(const wg_file *file, uint32_t *state)
     }
 }
 
+/* ---- shapes ---------------------------------------------------------------------------------- */
+
+/* Ranges of odd sizes; the last vertex of each once more by itself. */
+static void exercise_vertices(const wg_pose *pose, uint32_t *state)
+{
+    for (unsigned n = 0; n < EXERCISE_RANGES; n++) {
+        uint32_t first = exercise_next(state) % pose->vertices;
+        uint32_t left = pose->vertices - first, count = 1u + 2u * (exercise_next(state) % 40u);
+        int32_t *xyz, one[3];
+        count = n == 0 || count > left ? left : count;
+        xyz = malloc(3u * count * sizeof *xyz);
+        wg_pose_vertices(pose, (uint16_t)first, (uint16_t)count, xyz);
+        wg_pose_vertices(pose, (uint16_t)(first + count - 1u), 1, one);
+        must(memcmp(one, xyz + 3u * (count - 1u), sizeof one) == 0);
+        free(xyz);
+    }
+}
+
+static void exercise_shapes(const wg_file *file, uint32_t *state)
+{
+    /* a turn about z by the 3-4-5 triangle's angle, and a way of any size */
+    wg_rigid camera = {{644245094, -858993459, 0, 858993459, 644245094, 0, 0, 0, 1 << 30},
+                       {0, 0, (1 << 30) - 1},
+                       0};
+    int32_t values[WG_CHANNELS_MAX];
+    int16_t weights[2][WG_BASES_MAX];
+    wg_pose pose, normals;
+    for (unsigned n = 0; n < 3; n++) {
+        for (unsigned c = 0; c < WG_CHANNELS_MAX; c++) {
+            int32_t v = (int32_t)(exercise_number(state) % (1u << 29));
+            values[c] = n == 0 ? (c & 1u ? 1 << 29 : -(1 << 29)) : c & 2u ? v : -v;
+        }
+        camera.centre[0] = values[0];
+        camera.centre_frac = (int8_t)exercise_next(state);
+        for (uint32_t s = 0; s < file->section[WG_SECTION_SHAPES].count; s++) {
+            wg_pose_init(&pose, file, (uint8_t)s, weights[0]);
+            wg_pose_set(&pose, values, WG_BASES_MAX, n == 1 ? &camera : NULL);
+            exercise_vertices(&pose, state);
+            wg_pose_init(&normals, file, (uint8_t)s, weights[1]);
+            wg_pose_set_normals(&normals, values, (uint16_t)(exercise_next(state) % 70u), &pose);
+            exercise_vertices(&normals, state);
+        }
+    }
+}
+
 /* The bytes as they might come down a noisy bus. */
 static void exercise_bus(const uint8_t *data, size_t size)
 {
@@ -252,6 +298,11 @@ static int exercise(const uint8_t *data, size_t size)
         exercise_tracks(&file, &state);
         exercise_clips(&file, &state);
         exercise_player(&file, &state);
+        int shapes = wg_open_shapes(&file);
+        must(shapes <= 0 && (shapes == 0 || (shapes <= WG_ERR_SHAPE && shapes >= WG_ERR_VIEW)));
+        if (shapes == 0) {
+            exercise_shapes(&file, &state);
+        }
     }
     free(clip);
     return err;

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: MIT */
 #include <stdio.h>
 
-#include "../clip_samples.h"
+#include "../shape_samples.h"
 
 static void save(const char *directory, const char *name, build *b)
 {
@@ -75,5 +75,8 @@ int main(int argc, char **argv)
     save_minimal(directory);
     save_waves(directory);
     save_servos(directory);
+    sample_shapes(&b);
+    b.minor = 1;
+    save(directory, "shapes", &b);
     return 0;
 }

@@ -16,7 +16,7 @@ class Section(ctypes.Structure):
 
 
 class File(ctypes.Structure):
-    _fields_ = [("section", Section * 13)]
+    _fields_ = [("section", Section * 18)]
 
 
 class CLayer(ctypes.Structure):
@@ -35,6 +35,16 @@ class Event(ctypes.Structure):
     _fields_ = [("id", U16), ("layer", U8), ("backwards", U8)]
 
 
+class Pose(ctypes.Structure):
+    _fields_ = [("file", ctypes.POINTER(File)), ("record", ctypes.c_void_p),
+                ("weights", ctypes.c_void_p), ("move", I32 * 3), ("turn", ctypes.c_int16 * 9),
+                ("turn_bits", U8), ("frac", ctypes.c_int8), ("vertices", U16)]
+
+
+class Rigid(ctypes.Structure):
+    _fields_ = [("turn_q30", I32 * 9), ("centre", I32 * 3), ("centre_frac", ctypes.c_int8)]
+
+
 def build_library():
     folder = os.path.join(ROOT, "build", "tests")
     os.makedirs(folder, exist_ok=True)
@@ -43,7 +53,9 @@ def build_library():
                     "-fsanitize-undefined-trap-on-error", "-Iinclude",
                     "-Ifirmware/player/mem/near", "-Ifirmware/player", "-o", path,
                     "firmware/device/servo.c", "tests/reference/fix_export.c"]
-                   + sorted(glob.glob("firmware/player/*.c", root_dir=ROOT)), cwd=ROOT, check=True)
+                   + sorted(glob.glob("firmware/player/*.c", root_dir=ROOT)
+                            + glob.glob("firmware/player/kernel/plain/*.c", root_dir=ROOT)),
+                   cwd=ROOT, check=True)
     lib = ctypes.CDLL(path)
     lib.wg_open.argtypes = [ctypes.POINTER(File), ctypes.c_void_p, U32]
     for name, *types in (("wg_clip_position", U8, U32), ("wg_track_value", U16, U32),
@@ -53,6 +65,12 @@ def build_library():
         getattr(lib, name).argtypes = [ctypes.POINTER(File)] + types
     lib.wg_clip_position.restype = U32
     lib.wg_servo_target.restype = I32
+    lib.wg_open_shapes.argtypes = [ctypes.POINTER(File)]
+    for name, *types in (("init", ctypes.POINTER(File), U8, ctypes.c_void_p),
+                         ("set", ctypes.c_void_p, U16, ctypes.POINTER(Rigid)),
+                         ("set_normals", ctypes.c_void_p, U16, ctypes.POINTER(Pose)),
+                         ("vertices", U16, U16, ctypes.c_void_p)):
+        getattr(lib, "wg_pose_" + name).argtypes = [ctypes.POINTER(Pose)] + types
     for name, *types in (("play", U8, U8), ("pause", U8, ctypes.c_bool), ("seek", U8, U32),
                          ("speed", U8, I32), ("end", U8, U8), ("fade", U8, U16, U32),
                          ("crossfade", U8, U8, U32), ("update", U32), ("time", U8), ("ended", U8),
@@ -88,14 +106,34 @@ MEMORY = Guarded()
 
 
 class CFile:
-    """One clip opened by the C player; `error` is 0 or WG_ERR_*."""
+    """One clip opened by the C player; `error` and `shapes_error` are 0 or WG_ERR_*."""
 
     def __init__(self, blob, misalign=0):
         self.file = File()
         self.error = LIB.wg_open(self.file, MEMORY.put(blob) - misalign, len(blob))
         self.channels = self.file.section[1].count
+        self.shapes_error = LIB.wg_open_shapes(self.file) if self.error == 0 else 0
 
     def sample(self, clip, time_us):
         values, velocities = (I32 * self.channels)(), (I32 * self.channels)()
         LIB.wg_clip_sample(self.file, clip, time_us, values, velocities)
         return list(values), list(velocities)
+
+
+class CPose:
+    """A shape of a CFile at the moment of some channel values, or of normals beside positions."""
+
+    def __init__(self, c, shape, values, bases=64, positions=None):
+        self.pose, self.weights = Pose(), (ctypes.c_int16 * 64)()
+        LIB.wg_pose_init(self.pose, c.file, shape, self.weights)
+        values = (I32 * len(values))(*values)
+        if positions:
+            LIB.wg_pose_set_normals(self.pose, values, bases, positions.pose)
+        else:
+            LIB.wg_pose_set(self.pose, values, bases, None)
+
+    def vertices(self, first=0, count=None):
+        count = self.pose.vertices if count is None else count
+        xyz = (I32 * (3 * count))()
+        LIB.wg_pose_vertices(self.pose, first, count, xyz)
+        return list(xyz)

@@ -13,6 +13,7 @@ import re
 import struct
 import sys
 
+import shape_bits
 import wgl
 import wgl_write
 from c_player import CFile, CLayer, CPlayer, Event, I32, LIB, ROOT, U8, U32
@@ -384,7 +385,7 @@ TESTS = (exponential_and_sine_have_the_same_bits, tracks_have_the_same_values_an
          everything_that_must_be_rejected_is,
          every_truncation_and_every_flipped_bit_is_rejected,
          damaged_files_with_a_good_crc_are_judged_alike, golden_files_keep_their_values,
-         spec_7_shows_the_worked_clip)
+         spec_7_shows_the_worked_clip, *shape_bits.tests(SEED, check_eq))
 
 
 def main():

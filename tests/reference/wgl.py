@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """An independent decoder of the wiggly clip format: every line follows SPEC.md, none the C player.
+Shapes, parts and views (4.13 to 4.17, 6.8) are wgl_shape's.
 
 Plain Python integers; `s32` and `& M32` show where SPEC 6.1 wraps. Speed does not matter here.
 
@@ -18,10 +19,10 @@ HELD, LINEAR, CUBIC, OSC, OSC0, CRIT, EXP, EXP0 = range(8)
 HOLD, LOOP, PINGPONG = range(3)
 OFFSET, GAIN, CLAMP, MIN, MATRIX = range(5)
 SECTIONS = ("channels clips tracks runs data events masks layers filters triggers servos "
-            "names").split()
+            "names shapes bases blocks parts views").split()
 # 3.2: bytes of a record (0: no fixed size) and most records, by section
-RECORD = (8, 24, 6, 20, 0, 4, 0, 8, 12, 8, 20, 0)
-MOST = (256, 255, 65535, 65535, 65535, 65535, 255, 8, 256, 32, 64, 65535)
+RECORD = (8, 24, 6, 20, 0, 4, 0, 8, 12, 8, 20, 0, 32, 8, 16, 16, 28)
+MOST = (256, 255, 65535, 65535, 65535, 65535, 255, 8, 256, 32, 64, 65535, 16, 1024, 65535, 64, 16)
 # 6.3: the two pairs of each wave kind
 PAIRS = {OSC: ("exp", "trig"), OSC0: ("unit", "trig"), CRIT: ("exp", "unit"),
          EXP: ("exp", "exp"), EXP0: ("exp", "unit")}
@@ -32,27 +33,27 @@ class ClipError(ValueError):
     code = 0
 
 
-def _error(name, code):
+def error_type(name, code):
     return type(name, (ClipError,), {"code": code})
 
 
-Misaligned = _error("Misaligned", -1)
-Short = _error("Short", -2)
-BadMagic = _error("BadMagic", -3)
-BadVersion = _error("BadVersion", -4)
-BadCrc = _error("BadCrc", -5)
-BadDirectory = _error("BadDirectory", -6)
-BadChannel = _error("BadChannel", -7)
-BadClip = _error("BadClip", -8)
-BadTrack = _error("BadTrack", -9)
-BadRun = _error("BadRun", -10)
-BadTimes = _error("BadTimes", -11)
-BadEvent = _error("BadEvent", -12)
-BadLayer = _error("BadLayer", -13)
-BadFilter = _error("BadFilter", -14)
-BadTrigger = _error("BadTrigger", -15)
-BadServo = _error("BadServo", -16)
-BadName = _error("BadName", -17)
+Misaligned = error_type("Misaligned", -1)
+Short = error_type("Short", -2)
+BadMagic = error_type("BadMagic", -3)
+BadVersion = error_type("BadVersion", -4)
+BadCrc = error_type("BadCrc", -5)
+BadDirectory = error_type("BadDirectory", -6)
+BadChannel = error_type("BadChannel", -7)
+BadClip = error_type("BadClip", -8)
+BadTrack = error_type("BadTrack", -9)
+BadRun = error_type("BadRun", -10)
+BadTimes = error_type("BadTimes", -11)
+BadEvent = error_type("BadEvent", -12)
+BadLayer = error_type("BadLayer", -13)
+BadFilter = error_type("BadFilter", -14)
+BadTrigger = error_type("BadTrigger", -15)
+BadServo = error_type("BadServo", -16)
+BadName = error_type("BadName", -17)
 
 
 def need(condition, error, text):
@@ -184,10 +185,9 @@ class Clip:
             if kind > len(SECTIONS):
                 continue
             name = SECTIONS[kind - 1]
-            need(count <= MOST[kind - 1], BadDirectory, "%d %s" % (count, name))
-            if RECORD[kind - 1]:
-                need(size == count * RECORD[kind - 1], BadDirectory,
-                     "%d bytes of %s" % (size, name))
+            record = RECORD[kind - 1]
+            need(count <= MOST[kind - 1] and (record == 0 or size == count * record), BadDirectory,
+                 "%d %s in %d bytes" % (count, name, size))
             self.count[name], self.offset[name], self.bytes[name] = count, offset, size
         need(self.count["channels"], BadChannel, "no channels")
         need(self.count["clips"], BadClip, "no clips")

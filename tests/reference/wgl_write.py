@@ -3,13 +3,14 @@
 """Writes clip files from plain Python structures, without the baker, and makes random ones.
 
     wgl_write.py DIRECTORY      writes v1_worked.wgl, v1_all.wgl and v1_all.csv there
+    wgl_write_shape.py DIRECTORY writes v1_shapes.wgl and v1_shapes.csv
 
 A file is a dict: channels [(frac, unit, rest)], clips [dict(rate, ticks, end, tracks, events,
 time)], where time replaces the fields made of rate and ticks, masks [bytes], layers [(clip, mode,
 mask, weight)], filters [(op, n, channel, a, b)], where a of a MATRIX is (channels, rows), triggers
 [(event, layer, clip, fade_ms)], servos [tuples in the order of 4.11], names [bytes], extra
-{kind: bytes}. A track is (channel, [run]); a run is dict(kind, ends, c, shift, aux,
-base, params); it starts where the one before it ends.
+{kind: bytes}, and the shapes of wgl_write_shape.py. A track is (channel, [run]); a run is
+dict(kind, ends, c, shift, aux, base, params); it starts where the one before it ends.
 """
 import os
 import struct
@@ -17,6 +18,7 @@ import sys
 import zlib
 
 import wgl
+import wgl_write_shape
 
 
 def time_fields(rate, ticks):
@@ -88,18 +90,22 @@ def build(file):
         a = data.put_matrix(*a) if op == wgl.MATRIX else a
         filters.append(struct.pack("<BBHii", op, n, channel, a, b))
     names = [name + b"\0" for name in file.get("names", ())]
+    shapes = {kind: [] for kind in range(13, 18)}
+    if "shapes" in file:
+        shapes = wgl_write_shape.put_shapes(file, data)
     sections = {1: [struct.pack("<bBHi", f, unit, 0, rest) for f, unit, rest in file["channels"]],
                 2: clips, 3: tracks, 4: runs, 6: events, 7: list(file.get("masks", ())),
                 8: [struct.pack("<BBBxHxx", *layer) for layer in file.get("layers", ())],
                 9: filters,
                 10: [struct.pack("<HBBHxx", *trigger) for trigger in file.get("triggers", ())],
                 11: [struct.pack("<BBHihBxhhHH", *servo) for servo in file.get("servos", ())],
-                12: names}
+                12: names, **shapes}
     blocks = {kind: (len(records), b"".join(records)) for kind, records in sections.items()}
     blocks[5] = (0, bytes(data.bytes))
     for kind, block in file.get("extra", {}).items():
         blocks[kind] = (0, block)
-    return assemble([(kind, *blocks[kind]) for kind in sorted(blocks) if blocks[kind][1]])
+    return assemble([(kind, *blocks[kind]) for kind in sorted(blocks) if blocks[kind][1]],
+                    1 if "shapes" in file else 0)
 
 
 def assemble(sections, minor=0):
@@ -196,9 +202,10 @@ def any_servo(rng, channels):
             any_i16(rng, 0.2), rng.randint(0, 40), low, high, any_log(rng, 16), any_log(rng, 16))
 
 
-def random_file(rng):
+def random_file(rng, channels=None):
     """A valid file with a bit of everything; coefficients are free, so sums wrap."""
-    channels, clips, event_ids = rng.randint(1, 9), rng.randint(1, 4), rng.randint(1, 5)
+    channels = channels or rng.randint(1, 9)
+    clips, event_ids = rng.randint(1, 4), rng.randint(1, 5)
     masks, layers = rng.randint(0, 3), rng.randint(0, 8)
 
     def maybe(count):
@@ -218,7 +225,7 @@ def random_file(rng):
     if rng.random() < 0.3:
         file["names"] = [b"n%d" % i for i in range(rng.randint(1, 20))]
     if rng.random() < 0.3:
-        file["extra"] = {rng.choice((13, 999, 65535)): bytes(rng.randrange(1, 9))}
+        file["extra"] = {rng.choice((18, 999, 65535)): bytes(rng.randrange(1, 9))}
     return file
 
 

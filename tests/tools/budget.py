@@ -77,7 +77,9 @@ def footprint(board, rows):
         ["-Iinclude", "-Ifirmware/player", "-Ifirmware/player/mem/near", "-Ifirmware/device", "-Ihal/bare"] + sources +
         ["-nostdlib", "-Wl,--gc-sections,--defsym=clip_words=0x8000,--defsym=clock_us=0x20000000,--defsym=bus=0x20000004",
          "-lgcc", "-o", image])
-    text, data, bss = map(int, run([cross + "size", image]).splitlines()[1].split()[:3])
+    text = int(run([cross + "size", image]).splitlines()[1].split()[0])
+    sections = dict(re.findall(r"^(\.\w+) +(\d+)", run([cross + "size", "-A", image]), re.M))
+    data, bss = (int(sections.get(name, 0)) for name in (".data", ".bss"))
     symbols = {}
     for line in run([cross + "nm", "-S", image]).splitlines():
         part = line.split()
@@ -109,12 +111,11 @@ def stack(board, rows):
         rows.append((board, "stack of the firmware, measured; goal: the bound from its calls", peak, "bytes", bound["reset"]))
 
 
-def count(board, clip, function, opt):
+def count(board, clip, function, opt, program="tests/fw_cost.c"):
     """(min, max) of every call: instructions, or cycles on the AVR."""
-    program = "tests/fw_cost.c"
     run(["make", "-s", "BOARD=" + board, "PROGRAM=" + program, "CLIP=build/budget/%s.wgl" % clip, "OPT=" + opt,
          "B=build/budget/%s%s" % (board, opt), "image"])
-    image = "build/budget/%s%s/%s/fw_cost.elf" % (board, opt, clip)
+    image = "build/budget/%s%s/%s/%s.elf" % (board, opt, clip, os.path.basename(program)[:-2])
     out = run(["/usr/bin/python3", "tests/tools/run_board.py", board, image, "--roi", function, "--timeout", "300"])
     found = re.search(r"min (\d+) max (\d+)", out)
     return int(found[1]), int(found[2])
@@ -136,6 +137,26 @@ def speed(rows):
         rows.append(("atmega2560", "a tick, limiter and frame of 16 wave servos, " + what, most, "cycles", 320000))
 
 
+def shapes(rows):
+    """Instructions a vertex with 16 dense bases, in ranges of 64 vertices; text of all that shapes take."""
+    python, tool = "/usr/bin/python3", "tests/reference/wgl_write_shape.py"
+    for bits in (16, 8):
+        name = "pose%d" % bits
+        run([python, tool, "cost", str(bits), "build/budget/%s.tmp" % name])
+        run([python, "tests/tools/clip_source.py", "build/budget/%s.tmp" % name, "build/budget/" + name])
+        for board, kernel, goal in (("mps2-an386", "SMLAD", 108), ("lm3s6965evb", "plain C", 292)):
+            most = count(board, name, "wg_pose_vertices", "-O2", "tests/fw_pose.c")[1]
+            rows.append((board, "a vertex of 16 bases with %d bits, %s, -O2" % (bits, kernel), -(-most // 64), "instructions",
+                         goal if bits == 16 else ""))
+    text = 0
+    for source in ("shape", "shape_open", "kernel/plain/wg_kernel"):
+        out = os.path.join(WORK, "shape.o")
+        run(["arm-none-eabi-gcc", "-std=c99", "-Os", "-ffreestanding", "-mcpu=cortex-m3", "-mthumb", "-Iinclude",
+             "-Ifirmware/player/mem/near", "-c", "firmware/player/%s.c" % source, "-o", out])
+        text += int(run(["arm-none-eabi-size", out]).splitlines()[1].split()[0])
+    rows.append(("lm3s6965evb", "text of shapes: opening and posing, -Os", text, "bytes", 2560))
+
+
 def main():
     rows = []
     clips()
@@ -143,6 +164,7 @@ def main():
         footprint(board, rows)
         stack(board, rows)
     speed(rows)
+    shapes(rows)
     if "--write" in sys.argv:
         with open(BUDGET, "w", newline="") as f:
             csv.writer(f, lineterminator="\n").writerows([("target", "what", "value", "unit", "goal")] + rows)

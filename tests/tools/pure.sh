@@ -9,7 +9,7 @@ shift
 
 # libgcc names its helpers by operation and operand types; f, the type of floats, is not in the set
 memory='memcpy|memset|memmove|memcmp'
-integer='__[su]*(div|mod|divmod|mul|ashl|ashr|lshr|rotl|rotr|neg|add|sub|cmp|clz|ctz)[sdhqptiu]+[234]?(_s8)?'
+integer='__[su]*(div|mod|divmod|mul|ashl|ashr|lshr|rotl|rotr|neg|add|sub|cmp|clz|ctz)[sdhqptiuo]+[234]?(_s8)?'
 arm='__aeabi_(u?idiv(mod)?|u?ldivmod|lmul|llsl|llsr|lasr|u?lcmp|mem(cpy|set|clr|move)[48]?)'
 thumb='__gnu_thumb1_case_[a-z]+'
 avr='__(prologue_saves|epilogue_restores|tablejump2?)__|__do_(copy_data|clear_bss)'

@@ -2,11 +2,12 @@
 """Runs an image on an emulated board: both serial lines into files, the image's exit code as ours.
 
     run_board.py BOARD IMAGE [--bus FILE] [--reply FILE] [--log FILE] [--timeout S]
-                 [--roi FUNCTION] [-- EMULATOR OPTIONS]
+                 [--roi FUNCTION] [--screendump FILE.ppm] [-- EMULATOR OPTIONS]
 
 The emulator's command is the EMULATOR line of boards/BOARD/board.mk. --roi counts instructions
 (QEMU) or cycles (simavr) of every call of a function and prints calls, min, max, total and the
-peak stack. Exit codes of our own: 124 the image did not stop in time, 125 it could not be run.
+peak stack. --screendump (QEMU) writes what the display shows when the log says "done"; the machine
+is then ended from outside, with the exit code 0. Exit codes of our own: 124 the image did not stop in time, 125 it could not be run.
 SPDX-License-Identifier: MIT
 """
 import argparse
@@ -17,15 +18,21 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 TIMED_OUT, CANNOT_RUN = 124, 125
 
 
 def board_values(board):
-    """The NAME := value lines of a board.mk."""
+    """The NAME := value lines of a board.mk and of the one that it includes."""
     with open(os.path.join(ROOT, "boards", board, "board.mk")) as f:
-        return dict(re.findall(r"^(\w+)\s*[:?]?=[ \t]*(.*?)[ \t]*$", f.read(), re.M))
+        text = f.read()
+    values = {}
+    for other in re.findall(r"^include boards/([\w-]+)/board.mk$", text, re.M):
+        values.update(board_values(other))
+    values.update(re.findall(r"^(\w+)\s*[:?]?=[ \t]*(.*?)[ \t]*$", text, re.M))
+    return values
 
 
 def symbols(cross, image):
@@ -47,7 +54,8 @@ def roi_options(command, values, image, function):
 
 
 class Peer(threading.Thread):
-    """The other end of QEMU's bus: sends the reply once, keeps what it receives. Stays connected
+    """The other end of QEMU's bus: sends the reply once it hears something, because a byte that comes
+    before the image has set up its receiver may be lost, and keeps what it receives. Stays connected
     until QEMU hangs up, because an earlier end would throw away what QEMU has not read yet."""
 
     def __init__(self, path, reply_path, bus_path):
@@ -59,14 +67,52 @@ class Peer(threading.Thread):
 
     def run(self):
         connection = self.listener.accept()[0]
-        with open(self.reply_path, "rb") as reply:
-            connection.sendall(reply.read())
+        with open(self.reply_path, "rb") as file:
+            reply = file.read()
         with open(self.bus_path, "wb") as bus:
             try:
                 while data := connection.recv(4096):
                     bus.write(data)
+                    connection.sendall(reply)
+                    reply = b""
             except ConnectionResetError:  # QEMU ended without reading all of the reply
                 pass
+
+
+def until_done(log, running, timeout):
+    """Waits for the line "done" of the log: False when the emulator ends or the time is up first."""
+    end = time.monotonic() + timeout
+    while time.monotonic() < end and running.poll() is None:
+        if os.path.exists(log):
+            with open(log, errors="replace") as f:
+                if "done" in f.read().splitlines():
+                    return True
+        time.sleep(0.02)
+    return False
+
+
+def run_for_dump(command, log, args, scratch):
+    """The exit code. Without semihosting the image cannot end QEMU: it sleeps after "done"; and with
+    the watchdog ignored it goes on doing so, however fast an idle machine's time passes."""
+    path = os.path.join(scratch, "monitor")
+    command = list(command)
+    if "-semihosting-config" in command:
+        at = command.index("-semihosting-config")
+        del command[at:at + 2]
+    command[command.index("-monitor") + 1] = f"unix:{path},server=on,wait=off"
+    with subprocess.Popen(command + ["-action", "watchdog=none"],
+                          stdin=subprocess.DEVNULL) as running:
+        done = until_done(log, running, args.timeout)
+        if done:
+            with socket.socket(socket.AF_UNIX) as monitor:
+                monitor.connect(path)
+                monitor.sendall(f"screendump {os.path.abspath(args.screendump)}\nquit\n".encode())
+                while monitor.recv(4096):  # until QEMU hangs up
+                    pass
+        running.kill()
+    if not done:
+        print("run_board.py: the log never said done", file=sys.stderr)
+    return 0 if done else TIMED_OUT
 
 
 def command_line(args, log, bus):
@@ -93,6 +139,7 @@ def main():
     parser.add_argument("--log", help="file for the log line; default: our output")
     parser.add_argument("--timeout", type=float, default=60, help="seconds")
     parser.add_argument("--roi", help="function to measure")
+    parser.add_argument("--screendump", help="file for a picture of the display")
     own = sys.argv[1:]
     split = own.index("--") if "--" in own else len(own)
     args = parser.parse_args(own[:split])
@@ -109,10 +156,13 @@ def main():
             peer = Peer(path, args.reply, args.bus)
             peer.start()
         try:
-            done = subprocess.run(command, stdin=subprocess.DEVNULL, timeout=args.timeout)
+            if args.screendump:
+                code = run_for_dump(command, log, args, scratch)
+            else:
+                done = subprocess.run(command, stdin=subprocess.DEVNULL, timeout=args.timeout)
+                code = done.returncode if done.returncode >= 0 else CANNOT_RUN
             if peer:
                 peer.join(10)
-            code = done.returncode if done.returncode >= 0 else CANNOT_RUN
         except subprocess.TimeoutExpired:
             print(f"run_board.py: not stopped after {args.timeout:g} s", file=sys.stderr)
             code = TIMED_OUT

@@ -15,11 +15,18 @@ libcyaml-dev            -                        baker: scene files
 libyaml-dev             -                        baker: line numbers in scene files
 liblapacke-dev          -                        baker: banded and dense solvers
 libopenblas-dev         -                        baker: what they run on
+libpng-dev              -                        baker: pictures
+libsdl2-dev             -                        wiggly view
 gnuplot-nox             gnuplot                  baker and demonstration: plots
-assimp-testmodels       -                        examples/puppet: its motion capture
+assimp-testmodels       -                        examples/puppet, faerie, morph: their sources
 python3                 python3                  reference decoders, oracles, tools
 python3-numpy           -                        oracles
 python3-mpmath          -                        oracles
+python3-pil             -                        pictures in tests
+xvfb                    Xvfb                     a screen for the tests of wiggly view
+xdotool                 xdotool                  keys and mouse for them
+libmeshoptimizer-dev    -                        benchmark: its vertex codec
+openarena-data          -                        benchmark: an animated character
 python3-yaml            -                        demonstration: servo maps as the scenes have them
 gcc-arm-none-eabi       arm-none-eabi-gcc        boards mps2-an386, microbit
 libnewlib-arm-none-eabi -                        its string.h
