@@ -1,5 +1,6 @@
 /* The firmware: every 20 ms the linked-in clip becomes servo commands.
  *   hal (time) -> player (channel values) -> device (servo positions, bytes) -> hal (bus)
+ *                                         -> screen (what a display shows of the clip's shapes)
  * The player is given the time a frame was scheduled for, never the time it happened to run at: the
  * bytes on the bus are the same on every board and in every run while no frame is a whole tick late
  * (a bus too slow for its servos). Frames that are get skipped: the show keeps its length.
@@ -13,6 +14,7 @@
 #include "dynamixel2.h"
 #include "maestro.h"
 #include "pca9685.h"
+#include "screen.h"
 #include "servo.h"
 
 #include "clip.h" /* CLIP_*: the clip and its sizes, written by the baker */
@@ -121,6 +123,7 @@ static void frame(uint32_t now_us, uint32_t dt_us)
     send(wg_maestro_frame(&file, servos, maestro_options, bytes, sizeof bytes));
     send(wg_dynamixel2_frame(&file, servos, bytes, sizeof bytes));
     pwm_send();
+    screen_frame(values);
 }
 
 /* How many whole ticks have passed since `due_us`. */
@@ -150,20 +153,26 @@ static void play(uint32_t frame_count)
     }
 }
 
-int main(void)
+/* Stops if the clip was refused. */
+static void need(int error)
 {
-    hal_init();
-    int error = wg_open(&file, CLIP_DATA, CLIP_BYTES);
     if (error < 0) {
         log_number("clip refused: error -", (uint16_t)-error);
         hal_stop(1);
     }
+}
+
+int main(void)
+{
+    hal_init();
+    need(wg_open(&file, CLIP_DATA, CLIP_BYTES));
     log_number("opened: servos ", file.section[WG_SECTION_SERVOS].count);
     wg_player_init(&player, &file, layers, CLIP_LAYERS);
     wg_servo_init(servos, &file);
     maestro_options = wg_maestro_options(&file);
     bus_start();
     pwm_start();
+    need(screen_start(&file));
     play(BOARD_FRAMES);
     hal_log("done");
     hal_stop(0);

@@ -1,4 +1,4 @@
-/* What a board must provide: time, a serial bus, I2C, a log line, a watchdog, a way to stop.
+/* What a board must provide: time, a serial bus, I2C, SPI, a log line, a watchdog, a way to stop.
  * hal/<chip>/ implements it; the HAL moves bytes and does not know what they mean.
  * SPDX-License-Identifier: MIT */
 #ifndef HAL_H
@@ -23,6 +23,10 @@ uint16_t hal_bus_read(uint8_t *bytes, uint16_t size);
 
 /* One I2C write transaction to a 7-bit address: 0, or -1 when nobody acknowledged. */
 int hal_i2c_write(uint8_t address, const uint8_t *bytes, uint16_t count);
+
+/* One SPI transfer, mode 0, most significant bit first: the device is selected before the first bit
+ * and released after the last, and `dc` is the level of its data/command line meanwhile. */
+void hal_spi_write(uint8_t dc, const uint8_t *bytes, uint16_t count);
 
 /* A line for people: `text` ends at its NUL; a newline is added. */
 void hal_log(const char *text);

@@ -21,16 +21,17 @@ sys.path.insert(0, os.path.join(ROOT, "tests/reference"))
 import wgl  # noqa: E402
 
 PCA9685 = 3
-BOARDS = ["mps2-an386", "microbit", "sifive_e", "atmega2560"]
+BOARDS = ["mps2-an386", "microbit", "sifive_e", "atmega2560", "lm3s6965evb"]
 REPLY = bytes([0x10, 0x7F, 0xFF, 0x00])  # what arrives on the bus; the HAL test adds one to each
 EXIT_HAL = 42
 # QEMU asks its socket for more only when something wakes it, which a polled UART with a one-byte
 # buffer does not: on mps2-an386 the reply arrives in about half of the runs, so it gets none
-RECEIVES = ["microbit", "sifive_e", "atmega2560"]
+RECEIVES = ["microbit", "sifive_e", "atmega2560", "lm3s6965evb"]
 MEMORY = 512  # with more than 256 bytes its address takes two: 01 02 of the HAL test
 # the micro:bit's emulated I2C acknowledges everything, simavr's has wrong status codes, the
 # FE310-G000 has none
 I2C_SAYS = {"mps2-an386": ["i2c 40 ok", "i2c 41 silent"],
+            "lm3s6965evb": ["i2c 40 ok", "i2c 41 silent"],
             "atmega2560": ["i2c 40 silent", "i2c 41 silent"],
             "microbit": ["i2c 40 ok", "i2c 41 ok"], "sifive_e": ["i2c 40 silent", "i2c 41 silent"],
             "host": ["i2c 40 silent", "i2c 41 silent"]}
@@ -58,7 +59,7 @@ def build(board, program, clip):
 
 def memory_options(board, path):
     """Emulator options for a memory at I2C address 0x40 that is saved to `path`."""
-    if board == "mps2-an386":
+    if board in ("mps2-an386", "lm3s6965evb"):
         return ["-drive", f"file={path},format=raw,if=none,id=memory", "-device",
                 f"at24c-eeprom,address=0x40,rom-size={MEMORY},drive=memory"]
     return []
@@ -86,7 +87,7 @@ def run(board, image, reply=False):
 def test_hal(board, clip):
     code, log, bus, memory = run(board, build(board, "tests/fw_hal.c", clip), board in RECEIVES)
     check(f"{board} exit code", code, EXIT_HAL)
-    check(f"{board} log", log, ["hal", "wait ok", "past ok"] + I2C_SAYS[board])
+    check(f"{board} log", log, ["hal", "wait ok", "past ok"] + I2C_SAYS[board] + ["spi sent"])
     echo = bytes((b + 1) & 255 for b in REPLY) if board in RECEIVES else b""
     check(f"{board} bus: every byte value, then the echo", bus, bytes(range(256)) + echo)
     if memory is not None:

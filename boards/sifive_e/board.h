@@ -8,4 +8,8 @@
 #define BOARD_LOG_BAUD 115200u
 #define BOARD_BUS_BAUD 57600u
 
+#define BOARD_SPI_HZ       4000000u
+#define BOARD_SPI_SELECTED 0u /* the level that selects the display */
+#define BOARD_PIN_SPI_DC   1u /* GPIO 1: pin 9 of a HiFive1, beside SPI1 on 10, 11 and 13 */
+
 #endif

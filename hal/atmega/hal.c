@@ -1,5 +1,5 @@
 /* ATmega with two USARTs (1280, 2560, 1284P, 328PB): USART0 is the log, USART1 the bus, Timer1 the
- * clock, TWI the I2C; all polled except for the timer's overflow.
+ * clock, TWI the I2C, SPI; all polled except for the timer's overflow.
  * The receiver holds two bytes: hal_bus_read must keep up with it.
  * Source: Microchip ATmega640/1280/1281/2560/2561 data sheet 2549Q.
  * SPDX-License-Identifier: MIT */
@@ -38,6 +38,10 @@ void hal_init(void)
     UBRR1 = UART_DIVISOR(BOARD_BUS_BAUD);
     UCSR1B = (1 << TXEN1) | (1 << RXEN1); /* 8N1 is the reset value of UCSR1C */
     TWBR = (BOARD_CLOCK_HZ / 400000u - 16u) / 2u;
+    BOARD_SPI_PORT = BOARD_SPI_SELECTED ? 0 : 1 << BOARD_SPI_CS;
+    BOARD_SPI_OUT = (1 << BOARD_SPI_CS) | (1 << BOARD_SPI_SCK) | (1 << BOARD_SPI_MOSI);
+    BOARD_SPI_DC_OUT |= 1 << BOARD_SPI_DC;
+    SPCR = (1 << SPE) | (1 << MSTR); /* mode 0, clk / 4 */
     TCCR1B = 1 << CS11;
     TIMSK1 = 1 << TOIE1;
     sei();
@@ -120,6 +124,31 @@ int hal_i2c_write(uint8_t address, const uint8_t *bytes, uint16_t count)
     for (uint16_t tries = TWI_TRIES; tries && (TWCR & (1 << TWSTO)); tries--) {
     }
     return answer;
+}
+
+static void spi_select(uint8_t selected)
+{
+    if (selected == BOARD_SPI_SELECTED) {
+        BOARD_SPI_PORT &= (uint8_t) ~(1 << BOARD_SPI_CS);
+    } else {
+        BOARD_SPI_PORT |= 1 << BOARD_SPI_CS;
+    }
+}
+
+void hal_spi_write(uint8_t dc, const uint8_t *bytes, uint16_t count)
+{
+    if (dc) {
+        BOARD_SPI_DC_PORT |= 1 << BOARD_SPI_DC;
+    } else {
+        BOARD_SPI_DC_PORT &= (uint8_t) ~(1 << BOARD_SPI_DC);
+    }
+    spi_select(1);
+    while (count--) {
+        SPDR = *bytes++;
+        while (!(SPSR & (1 << SPIF))) { /* 32 cycles */
+        }
+    }
+    spi_select(0);
 }
 
 static void log_byte(char byte)

@@ -126,6 +126,14 @@ int hal_i2c_write(uint8_t address, const uint8_t *bytes, uint16_t count)
     return answer;
 }
 
+/* The board's SPI ports have no data/command line: displays on I2C only. */
+void hal_spi_write(uint8_t dc, const uint8_t *bytes, uint16_t count)
+{
+    (void)dc;
+    (void)bytes;
+    (void)count;
+}
+
 void hal_log(const char *text)
 {
     while (*text) {

@@ -1,4 +1,4 @@
-/* SiFive FE310: UART0 is the log, UART1 the bus, time from the core's mtime, all polled.
+/* SiFive FE310: UART0 is the log, UART1 the bus, SPI1, time from the core's mtime, all polled.
  * The receiver holds eight bytes: hal_bus_read must keep up with it. The FE310-G000 has no I2C.
  * Source: SiFive FE310-G000 Manual v3p2, FE310-G002 Manual v1p5 (UART1).
  * SPDX-License-Identifier: MIT */
@@ -21,10 +21,13 @@
 #define WATCHDOG_2_S      0xffffu /* of 32768 Hz */
 
 #define GPIO                 0x10012000u
+#define GPIO_OUT_ON          0x08u
+#define GPIO_OUT             0x0cu
 #define GPIO_FUNCTION_ON     0x38u
 #define GPIO_FUNCTION_SELECT 0x3cu
-#define GPIO_UART0           (3u << 16)                /* RX 16, TX 17: function 0 */
-#define GPIO_UART1           ((1u << 18) | (1u << 23)) /* TX 18, RX 23: function 0 */
+#define GPIO_UART0           (3u << 16)                          /* RX 16, TX 17: function 0 */
+#define GPIO_UART1           ((1u << 18) | (1u << 23))           /* TX 18, RX 23: function 0 */
+#define GPIO_SPI1            ((1u << 2) | (1u << 3) | (1u << 5)) /* CS0 2, MOSI 3, SCK 5: function 0 */
 
 #define UART0           0x10013000u
 #define UART1           0x10023000u
@@ -33,6 +36,16 @@
 #define UART_TX_CONTROL 0x08u
 #define UART_RX_CONTROL 0x0cu
 #define UART_DIVISOR    0x18u
+
+#define SPI1        0x10024000u
+#define SPI_DIVISOR 0x00u
+#define SPI_CS_IDLE 0x14u /* the level of CS0 while nothing is selected */
+#define SPI_CS_MODE 0x18u
+#define SPI_CS_AUTO 0u
+#define SPI_CS_HOLD 2u
+#define SPI_TX      0x48u
+#define SPI_RX      0x4cu /* negative: empty; 8 bits, mode 0 and MSB first are the reset values */
+#define SPI_TRIES   1000u /* polls of >= 2 cycles: a byte takes 8 us at 1 MHz, 128 cycles at 16 MHz */
 
 static void uart_init(uint32_t base, uint32_t baud)
 {
@@ -68,8 +81,11 @@ static uint64_t time_start; /* mtime at hal_init */
 
 void hal_init(void)
 {
-    REG(GPIO, GPIO_FUNCTION_SELECT) &= ~(GPIO_UART0 | GPIO_UART1);
-    REG(GPIO, GPIO_FUNCTION_ON) |= GPIO_UART0 | GPIO_UART1;
+    REG(GPIO, GPIO_FUNCTION_SELECT) &= ~(GPIO_UART0 | GPIO_UART1 | GPIO_SPI1);
+    REG(GPIO, GPIO_FUNCTION_ON) |= GPIO_UART0 | GPIO_UART1 | GPIO_SPI1;
+    REG(GPIO, GPIO_OUT_ON) |= 1u << BOARD_PIN_SPI_DC;
+    REG(SPI1, SPI_DIVISOR) = BOARD_CLOCK_HZ / (2u * BOARD_SPI_HZ) - 1u;
+    REG(SPI1, SPI_CS_IDLE) = !BOARD_SPI_SELECTED;
     uart_init(UART0, BOARD_LOG_BAUD);
     uart_init(UART1, BOARD_BUS_BAUD);
     time_start = mtime();
@@ -117,6 +133,19 @@ int hal_i2c_write(uint8_t address, const uint8_t *bytes, uint16_t count)
     (void)bytes;
     (void)count;
     return -1; /* no I2C on this chip: nobody acknowledges */
+}
+
+void hal_spi_write(uint8_t dc, const uint8_t *bytes, uint16_t count)
+{
+    uint32_t others = REG(GPIO, GPIO_OUT) & ~(1u << BOARD_PIN_SPI_DC);
+    REG(GPIO, GPIO_OUT) = others | (dc ? 1u << BOARD_PIN_SPI_DC : 0);
+    REG(SPI1, SPI_CS_MODE) = SPI_CS_HOLD;
+    while (count--) {
+        REG(SPI1, SPI_TX) = *bytes++;
+        for (uint32_t tries = SPI_TRIES; tries && (int32_t)REG(SPI1, SPI_RX) < 0; tries--) {
+        } /* a byte has come in: this one is out */
+    }
+    REG(SPI1, SPI_CS_MODE) = SPI_CS_AUTO; /* releases it */
 }
 
 void hal_log(const char *text)

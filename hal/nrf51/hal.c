@@ -1,4 +1,4 @@
-/* Nordic nRF51: one UART (the bus), TIMER0, TWI0, all polled. The log goes to the debugger, because
+/* Nordic nRF51: one UART (the bus), TIMER0, TWI0, SPI1, all polled. The log goes to the debugger, because
  * there is no second UART; without a debugger it goes nowhere.
  * The receiver holds six bytes: hal_bus_read must keep up with it.
  * Source: Nordic nRF51 Series Reference Manual 3.0.1.
@@ -42,6 +42,24 @@
 #define TWI_ADDRESS      0x588u
 #define TWI_WAIT_US      1000u /* a byte takes 23 us; a slave may stretch the clock */
 
+#define SPI           0x40004000u
+#define SPI_READY     0x108u
+#define SPI_ENABLE    0x500u
+#define SPI_ENABLE_ON 1u
+#define SPI_PIN_SCK   0x508u
+#define SPI_PIN_MOSI  0x50cu
+#define SPI_PIN_MISO  0x510u
+#define SPI_NO_PIN    0xffffffffu
+#define SPI_RX        0x518u
+#define SPI_TX        0x51cu
+#define SPI_FREQUENCY 0x524u
+#define SPI_TRIES     100u /* polls of >= 3 cycles, 18 us or more: a byte takes 8 us at 1 MHz */
+
+#define GPIO       0x50000000u
+#define GPIO_SET   0x508u
+#define GPIO_CLEAR 0x50cu
+#define GPIO_OUT   0x518u
+
 #define TIMER             0x40008000u
 #define TIMER_START       0x000u
 #define TIMER_CLEAR       0x00cu
@@ -69,6 +87,25 @@ static void crystal_start(void)
     }
 }
 
+static void pin_write(uint32_t pin, uint32_t level)
+{
+    REG(GPIO, level ? GPIO_SET : GPIO_CLEAR) = 1u << pin;
+}
+
+/* The SPI drives its pins only if the port has them as outputs, at the level they idle on. */
+static void spi_init(void)
+{
+    pin_write(BOARD_PIN_SPI_CS, !BOARD_SPI_SELECTED);
+    pin_write(BOARD_PIN_SCK, 0);
+    REG(GPIO, GPIO_OUT) = (1u << BOARD_PIN_SCK) | (1u << BOARD_PIN_MOSI) |
+                          (1u << BOARD_PIN_SPI_CS) | (1u << BOARD_PIN_SPI_DC);
+    REG(SPI, SPI_PIN_SCK) = BOARD_PIN_SCK;
+    REG(SPI, SPI_PIN_MOSI) = BOARD_PIN_MOSI;
+    REG(SPI, SPI_PIN_MISO) = SPI_NO_PIN;
+    REG(SPI, SPI_FREQUENCY) = BOARD_SPI_FREQUENCY_REGISTER;
+    REG(SPI, SPI_ENABLE) = SPI_ENABLE_ON;
+}
+
 void hal_init(void)
 {
     crystal_start();
@@ -82,6 +119,7 @@ void hal_init(void)
     REG(TWI, TWI_PIN_SDA) = BOARD_PIN_SDA;
     REG(TWI, TWI_FREQUENCY) = TWI_400_KHZ;
     REG(TWI, TWI_ENABLE) = TWI_ENABLE_ON;
+    spi_init();
     REG(TIMER, TIMER_BITS) = TIMER_BITS_32;
     REG(TIMER, TIMER_PRESCALER) = TIMER_16_TO_1_MHZ;
     REG(TIMER, TIMER_CLEAR) = 1;
@@ -153,6 +191,20 @@ int hal_i2c_write(uint8_t address, const uint8_t *bytes, uint16_t count)
     REG(TWI, TWI_ERROR) = 0;
     REG(TWI, TWI_STOP) = 1;
     return twi_wait(TWI_STOPPED) < 0 ? -1 : answer;
+}
+
+void hal_spi_write(uint8_t dc, const uint8_t *bytes, uint16_t count)
+{
+    pin_write(BOARD_PIN_SPI_DC, dc);
+    pin_write(BOARD_PIN_SPI_CS, BOARD_SPI_SELECTED);
+    while (count--) {
+        REG(SPI, SPI_READY) = 0;
+        REG(SPI, SPI_TX) = *bytes++;
+        for (uint32_t tries = SPI_TRIES; tries && !REG(SPI, SPI_READY); tries--) {
+        }
+        (void)REG(SPI, SPI_RX); /* lets the next READY come */
+    }
+    pin_write(BOARD_PIN_SPI_CS, !BOARD_SPI_SELECTED);
 }
 
 void hal_log(const char *text)

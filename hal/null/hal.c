@@ -1,6 +1,6 @@
 /* The port to copy: a board that has nothing. It builds and runs on the host, without a wait, so
  * that it also shows how fast the rest is. To port wiggly, copy this file to hal/<chip>/, keep the
- * eight signatures of hal.h and fill in what your chip can do; start with hal_log and hal_time_us,
+ * nine signatures of hal.h and fill in what your chip can do; start with hal_log and hal_time_us,
  * then `make run` says "opened" on your log line. What may stay empty is said in each function.
  * SPDX-License-Identifier: MIT */
 #include "hal.h"
@@ -55,6 +55,16 @@ int hal_i2c_write(uint8_t address, const uint8_t *bytes, uint16_t count)
     (void)bytes;
     (void)count;
     return -1;
+}
+
+/* May stay empty on a chip without a display on SPI. Two pins beside the SPI's own: select, whose
+ * idle level board.h knows, and data/command, which must not change before the last bit has left.
+ */
+void hal_spi_write(uint8_t dc, const uint8_t *bytes, uint16_t count)
+{
+    (void)dc;
+    (void)bytes;
+    (void)count;
 }
 
 /* May stay empty, but then nobody learns why a clip was refused. */

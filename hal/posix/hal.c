@@ -4,7 +4,9 @@
  *   WIGGLY_LOG  a file instead of stdout
  *   WIGGLY_FAST set: time jumps instead of passing, to make a file quickly; each look at the clock
  *               takes 1 us and computing takes none, so that every run is the same
- * I2C has no bus here and answers -1.
+ *   WIGGLY_WIRE a file that gets what is written on I2C and SPI, a line a transfer in hexadecimal
+ *               digits: "i2c 3d 80ae", "spi 0 15003f" (with the level of the data/command line)
+ * I2C has no bus here: it answers -1 unless WIGGLY_WIRE is set.
  * Source: POSIX.1-2008 termios; CRTSCTS and baud rates above 38400 are common extensions.
  * SPDX-License-Identifier: MIT */
 #define _DEFAULT_SOURCE /* cfmakeraw, B57600 and above */
@@ -22,7 +24,7 @@
 #include <unistd.h>
 
 static int bus = -1;
-static FILE *log_file;
+static FILE *log_file, *wire;
 static int fast;
 static uint64_t start_us;
 static uint64_t fast_us; /* the time when WIGGLY_FAST is set */
@@ -106,6 +108,10 @@ void hal_init(void)
     if (!log_file) {
         die("cannot open", log_path);
     }
+    const char *wire_path = getenv("WIGGLY_WIRE");
+    if (wire_path && !(wire = fopen(wire_path, "w"))) {
+        die("cannot open", wire_path);
+    }
     fast = getenv("WIGGLY_FAST") != NULL;
     start_us = clock_us();
 }
@@ -154,12 +160,26 @@ uint16_t hal_bus_read(uint8_t *bytes, uint16_t size)
     return count > 0 ? (uint16_t)count : 0;
 }
 
+static void wire_write(const char *name, unsigned number, const uint8_t *bytes, uint16_t count)
+{
+    if (wire) {
+        fprintf(wire, "%s %x ", name, number);
+        while (count--) {
+            fprintf(wire, "%02x", *bytes++);
+        }
+        fprintf(wire, "\n");
+    }
+}
+
 int hal_i2c_write(uint8_t address, const uint8_t *bytes, uint16_t count)
 {
-    (void)address;
-    (void)bytes;
-    (void)count;
-    return -1;
+    wire_write("i2c", address, bytes, count);
+    return wire ? 0 : -1;
+}
+
+void hal_spi_write(uint8_t dc, const uint8_t *bytes, uint16_t count)
+{
+    wire_write("spi", dc, bytes, count);
 }
 
 void hal_log(const char *text)

@@ -1,0 +1,62 @@
+/* Inside the raster: one triangle into a rectangle of pixels.
+ * SPDX-License-Identifier: MIT */
+#ifndef WIGGLY_DRAW_H
+#define WIGGLY_DRAW_H
+
+#include "view.h"
+
+/* Where and how the triangles of one part are drawn. */
+typedef struct {
+    const wg_view *view;
+    uint32_t *pixels; /* of `rect`, row by row */
+    wg_rect rect;
+    uint8_t shading; /* WG_SHADING_* */
+    uint8_t part;    /* + 1: what a pixel holds */
+    uint8_t sides;   /* 0: the front alone */
+} wg_canvas;
+
+typedef struct {
+    wg_vertex at; /* in the picture: z < 0x8000 */
+    uint8_t shade;
+} wg_corner;
+
+/* Edge i leads from corner i to the next one. */
+#define WG_EDGES 7u
+typedef struct {
+    wg_corner corner[3];
+    const int32_t *normal; /* flat shading: of the front; NULL: that of the corners */
+    uint8_t edges;         /* wireframe: bit i = edge i is drawn */
+} wg_triangle;
+
+/* A quantity that is linear over the picture, modulo 2^32. */
+typedef struct {
+    uint32_t at;          /* in some pixel */
+    uint32_t column, row; /* how much more in the next one */
+} wg_slope;
+
+/* The three edges, not negative inside, then Q15. */
+#define WG_SLOPE_NEAR  3u
+#define WG_SLOPE_SHADE 4u
+#define WG_SLOPES      5u
+
+/* A triangle ready to be drawn: slopes start at pixel (box.x0, box.y0). */
+typedef struct {
+    wg_rect box; /* the part of the rectangle to look at */
+    wg_slope slope[WG_SLOPES];
+    int32_t near_min, near_max, shade_min, shade_max; /* of the corners */
+    uint8_t part;
+} wg_fill;
+
+/* Draws it if it is to be seen and touches the rectangle. */
+void wg_draw_triangle(const wg_canvas *canvas, const wg_triangle *triangle);
+
+/* The same for one with corners outside (z >= 0x8000): what the view can see of it. */
+void wg_draw_clipped(const wg_canvas *canvas, const wg_triangle *triangle);
+
+/* The edges of a triangle that is seen. `fill`: its nearness. */
+void wg_draw_edges(const wg_canvas *canvas, const wg_triangle *triangle, const wg_fill *fill);
+
+/* A pixel's nearness, limited to what the corners have. */
+uint32_t wg_near(const wg_fill *fill, uint32_t near);
+
+#endif

@@ -1,0 +1,81 @@
+/* A clip as a picture: everything a display needs a frame, from channel values to pixels.
+ *
+ *   static wg_picture picture;
+ *   static wg_vertex vertices[CLIP_VERTICES + 1];        // 6 bytes each: CLIP_* from <clip>.h
+ *   static uint8_t shades[CLIP_VERTICES + 1];            // smooth shading; or NULL
+ *   static int16_t weights[CLIP_BASES + 1];
+ *   static uint32_t band[WIDTH * ROWS];                  // down to one line
+ *
+ *   const wg_picture_memory memory = {vertices, shades, NULL, weights};
+ *   wg_picture_init(&picture, &file, size, &memory);     // after wg_open_shapes
+ *   for (;;) {
+ *       wg_player_sample(&player, values);
+ *       wg_picture_set(&picture, values);                // every vertex, once
+ *       wg_rect dirty = wg_picture_dirty(&picture, 2, 1);        // what may have changed
+ *       for (each band of rows in dirty) {
+ *           wg_picture_band(&picture, rect, band);       // the same pixels for every band height
+ *           bytes = wg_pixels_grey4(..., band);          // pixels.h; may be in place
+ *       }
+ *   }
+ *
+ * Source: own; perspective and shading as in SPEC 4.17. Integers only, no division a pixel.
+ * SPDX-License-Identifier: MIT */
+#ifndef WIGGLY_PICTURE_H
+#define WIGGLY_PICTURE_H
+
+#include "raster.h"
+#include "view.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What a picture works in; the caller's.
+ *   vertices  one a vertex of every shape that a part has as positions (CLIP_VERTICES)
+ *   shades    the same number, or NULL: smooth parts are drawn flat
+ *   normals   3 the same number: for smooth parts without normals, which are then recomputed from
+ *             the posed triangles; or NULL: such parts are drawn flat
+ *   weights   the most bases any shape has (CLIP_BASES), or one */
+typedef struct {
+    wg_vertex *vertices;
+    uint8_t *shades;
+    int16_t *normals;
+    int16_t *weights;
+} wg_picture_memory;
+
+typedef struct {
+    const wg_file *file;
+    wg_picture_memory memory;
+    wg_view view;
+    wg_size size;
+    wg_rect covers, covered; /* this frame's vertices and the last one's */
+    uint16_t bases;          /* level of detail: how many bases of each shape count */
+    uint8_t index;           /* the view */
+    uint8_t shading;         /* WG_SHADING_*, from the view */
+    uint8_t normals_every;   /* shades are renewed every so many frames: 1 */
+    uint8_t frame;           /* frames since they were */
+    uint8_t fresh;           /* nothing has been drawn yet: everything is dirty */
+} wg_picture;
+
+/* View 0, all bases, the view's shading. Change `bases`, `shading`, `normals_every` afterwards at
+ * will, or the view with wg_picture_look. */
+void wg_picture_init(wg_picture *picture, const wg_file *file, wg_size size,
+                     const wg_picture_memory *memory);
+void wg_picture_look(wg_picture *picture, uint8_t view);
+
+/* The frame: vertices projected, shades computed. */
+void wg_picture_set(wg_picture *picture, const int32_t *values);
+
+/* The smallest rectangle, on multiples of align.width and align.height pixels (or the picture's
+ * edge), outside which this frame and the one before are both background. The whole picture after
+ * init and look. Empty (x0 == x1): nothing to send. */
+wg_rect wg_picture_dirty(const wg_picture *picture, wg_size align);
+
+/* The pixels of one rectangle of the frame, row by row, (x1 - x0)(y1 - y0) of them. Every pixel is
+ * the same whatever rectangle it is asked for in, and whatever the order of the triangles. */
+void wg_picture_band(const wg_picture *picture, wg_rect rect, uint32_t *pixels);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

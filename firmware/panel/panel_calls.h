@@ -1,0 +1,22 @@
+/* What every panel.c does for screen.c, and panel.h says beside it:
+ *   PANEL_WIDTH, PANEL_HEIGHT    pixels
+ *   PANEL_ALIGN_X, PANEL_ALIGN_Y what is sent begins and ends on multiples of these, or at the edge
+ *   PANEL_ROWS                   of a band: 4 bytes of RAM a pixel of it; a multiple of ALIGN_Y
+ *   PANEL_HEAD                   bytes before the pixels that panel_draw may write, a multiple of 4
+ * For another glass with the same chip copy the directory.
+ * SPDX-License-Identifier: MIT */
+#ifndef PANEL_CALLS_H
+#define PANEL_CALLS_H
+
+#include "pixels.h"
+
+/* Switches the display on. After hal_init. */
+void panel_start(void);
+
+/* Packs the pixels of `rect` in place and sends them. */
+void panel_draw(const wg_picture *picture, wg_rect rect, uint32_t *pixels);
+
+/* After every frame, whether anything was drawn or not. */
+void panel_frame(void);
+
+#endif

@@ -1,0 +1,53 @@
+/* From channel values to the display: picture.h draws bands of what may have changed, the panel
+ * packs and sends each. All memory is static; its size follows from the clip and the panel.
+ * SPDX-License-Identifier: MIT */
+#include "screen.h"
+
+#include "panel.h"
+#include "picture.h"
+
+#include "clip.h"
+
+#include <stddef.h>
+
+#ifndef CLIP_NORMALS
+#define CLIP_NORMALS 0 /* CLIP_VERTICES if some are to be recomputed for every picture */
+#endif
+
+static wg_picture picture;
+static wg_vertex vertices[CLIP_VERTICES + 1]; /* an array of none is not C */
+static uint8_t shades[CLIP_VERTICES + 1];
+static int16_t normals[3 * CLIP_NORMALS + 1];
+static int16_t weights[CLIP_BASES + 1];
+static uint32_t band[PANEL_HEAD / 4 + PANEL_WIDTH * PANEL_ROWS];
+static bool shown; /* the clip has a view */
+
+int screen_start(const wg_file *file)
+{
+    const wg_picture_memory memory = {vertices, shades, CLIP_NORMALS ? normals : NULL, weights};
+    const wg_size size = {PANEL_WIDTH, PANEL_HEIGHT};
+    int error = wg_open_shapes(file);
+    shown = error == 0 && file->section[WG_SECTION_VIEWS].count > 0;
+    if (shown) {
+        wg_picture_init(&picture, file, size, &memory);
+        panel_start();
+    }
+    return error;
+}
+
+void screen_frame(const int32_t *values)
+{
+    const wg_size align = {PANEL_ALIGN_X, PANEL_ALIGN_Y};
+    if (!shown) {
+        return;
+    }
+    wg_picture_set(&picture, values);
+    wg_rect dirty = wg_picture_dirty(&picture, align), rect = dirty;
+    for (; rect.x0 < rect.x1 && rect.y0 < dirty.y1; rect.y0 = rect.y1) {
+        uint16_t rows = (uint16_t)(dirty.y1 - rect.y0);
+        rect.y1 = (uint16_t)(rect.y0 + (rows < PANEL_ROWS ? rows : PANEL_ROWS));
+        wg_picture_band(&picture, rect, band + PANEL_HEAD / 4);
+        panel_draw(&picture, rect, band + PANEL_HEAD / 4);
+    }
+    panel_frame();
+}

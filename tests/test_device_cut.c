@@ -1,0 +1,308 @@
+/* Triangles that reach behind the viewer or far out of the picture, and clips that mean harm.
+ * SPDX-License-Identifier: MIT */
+#include "draw.h"
+#include "picture_model.h"
+
+#define SIDE 96
+
+static pc_mesh mesh;
+static pc_scene scene;
+static pm_model model;
+static uint32_t seed = 11;
+
+static uint32_t bits(void)
+{
+    seed = seed * 1664525u + 1013904223u;
+    return seed >> 8;
+}
+
+static double dice(double low, double high)
+{
+    return low + (high - low) * bits() / 16777216.0;
+}
+
+static void open_scene(uint8_t projection, uint8_t shading)
+{
+    const wg_size size = {SIDE, SIDE};
+    pc_open(&scene, &mesh, projection, shading, size);
+}
+
+/* ---- cut triangles against rays -------------------------------------------------------------- */
+
+/* How far from the model a cut edge may be seen where something at `depth` is: its outer end is kept
+ * in units of 8^e/128 pixel of the target's plane and 8^e/4 steps, cut down, and the cut itself
+ * rounds by one of each of the finest; e = 1 takes what is met here, up to 2 distances and 2048
+ * pixels off; nearness magnifies it by distance/depth. What is not cut is off by 1/16. */
+static double cut_error(double depth, double off_middle)
+{
+    double nearer = model.flat ? 1 : model.distance / depth;
+    double across = (8.0 + 1) / 128 * nearer;
+    double deep = model.flat ? 0 : (2 + 0.5) * model.distance / 4096 / depth * off_middle;
+    return across + deep + 1.0 / 16;
+}
+
+/* Nearness may be off by what the edges are: as far as the surface gets in as many pixels. */
+static double depth_error(unsigned triangle, double x, double y, double reach)
+{
+    double d = pm_depth(&model, triangle, x, y), error = 0;
+    for (int i = 0; i < 4; i++) {
+        double way = i & 2 ? reach : -reach;
+        double there = pm_depth(&model, triangle, x + (i & 1 ? way : 0), y + (i & 1 ? 0 : way));
+        error = fmax(error, fabs(there - d));
+    }
+    return 2 * error + 2.5 * model.distance / 4096;
+}
+
+static double nearness(double depth)
+{
+    double steps = depth / model.distance * scene.picture.view.distance / 4096;
+    return model.flat ? 65535 - 2 * steps : scene.picture.view.nearness / steps;
+}
+
+/* Returns how many pixels were compared. */
+static unsigned compare_pixels(const uint32_t *pixels)
+{
+    static uint8_t marked[SIDE * SIDE];
+    unsigned compared = 0;
+    for (int p = 0; p < SIDE * SIDE; p++) {
+        double x = p % SIDE + 0.5, y = p / SIDE + 0.5;
+        double reach = cut_error(model.distance / 16, 0);
+        pm_hit hit = pm_look(&model, x, y);
+        if (hit.triangle >= 0) {
+            reach = cut_error(hit.depth, hypot(x - SIDE / 2, y - SIDE / 2));
+        }
+        if (p == 0) {
+            pm_mark_edges(&model, 1, marked);
+        }
+        if (reach > 1 || marked[p]) {
+            continue;
+        }
+        compared++;
+        CHECK_EQ(WG_PIXEL_PART(pixels[p]),
+                 hit.triangle < 0 ? 0u : pm_part(&mesh, (unsigned)hit.triangle) + 1);
+        if (hit.triangle >= 0) {
+            double off = depth_error((unsigned)hit.triangle, x, y, reach);
+            double low = nearness(hit.depth + off), high = nearness(fmax(hit.depth - off, 1e-9));
+            CHECK(WG_PIXEL_NEAR(pixels[p]) >= low - 4 && WG_PIXEL_NEAR(pixels[p]) <= high + 4);
+        }
+    }
+    return compared;
+}
+
+static void compare_view(const pc_camera *camera, uint8_t projection, unsigned least)
+{
+    pc_look(&scene, camera);
+    pm_make(&model, &mesh, &scene, projection == WG_ORTHOGRAPHIC);
+    unsigned compared = compare_pixels(pc_draw(&scene));
+    CHECK(compared >= least);
+}
+
+static unsigned outside_count(void)
+{
+    unsigned count = 0;
+    for (unsigned i = 0; i < mesh.vertices; i++) {
+        count += scene.vertices[i].z >> 15;
+    }
+    return count;
+}
+
+/* The viewer stands in a room of 200: all around is some wall, and walls reach behind the viewer. */
+static void inside_a_room_every_pixel_is_a_wall(void)
+{
+    memset(&mesh, 0, sizeof mesh);
+    pc_box(&mesh, 100, 1);
+    open_scene(WG_PERSPECTIVE, WG_SHADING_FLAT);
+    for (unsigned i = 0; i < 40; i++) {
+        pc_camera c = {dice(-180, 180), dice(-90, 90), dice(-180, 180),
+                       {dice(-30, 30), dice(-30, 30), dice(-30, 30)}, dice(20, 60), dice(15, 60)};
+        compare_view(&c, WG_PERSPECTIVE, SIDE * SIDE / 2);
+        CHECK(outside_count() > 0);
+        for (int p = 0; p < SIDE * SIDE; p++) {
+            CHECK(scene.pixels[p] != 0);
+        }
+    }
+    pc_close(&scene);
+}
+
+/* All of a wall has one brightness, however its triangles are cut: here it is the room's own axes
+ * that decide. Corners are kept to 1/16 pixel and 2 steps of a wall that is thousands long; 2. */
+static void a_cut_wall_has_one_brightness(void)
+{
+    memset(&mesh, 0, sizeof mesh);
+    pc_box(&mesh, 100, 1);
+    open_scene(WG_PERSPECTIVE, WG_SHADING_FLAT);
+    for (unsigned i = 0; i < 20; i++) {
+        pc_camera c = {dice(-180, 180), dice(-60, 60), 0, {dice(-30, 30), 0, 0}, 50, 40};
+        pc_look(&scene, &c);
+        pm_make(&model, &mesh, &scene, 0);
+        scene.picture.view.light[0] = 70;
+        scene.picture.view.light[1] = 90;
+        scene.picture.view.light[2] = 55;
+        pc_draw(&scene);
+        for (int p = 0; p < SIDE * SIDE; p++) {
+            double normal[3];
+            pm_normal(&model, mesh.part[WG_PIXEL_PART(scene.pixels[p]) - 1], normal);
+            CHECK_NEAR(WG_PIXEL_SHADE(scene.pixels[p]), pm_shade(&scene.picture.view, normal), 2);
+        }
+    }
+    pc_close(&scene);
+}
+
+/* A floor of squares that share their corners, seen from low above it. No crack: where the model sees
+ * floor a row below the horizon, it is drawn. */
+static void cut_neighbours_leave_no_crack(void)
+{
+    memset(&mesh, 0, sizeof mesh);
+    pc_part(&mesh);
+    for (unsigned i = 0; i < 144; i++) {
+        pc_vertex(&mesh, (i % 12) * 40 - 220.0 + dice(-9, 9), 0,
+                  (double)(i / 12) * 40 - 220 + dice(-9, 9));
+    }
+    for (unsigned i = 0; i < 121; i++) {
+        unsigned v = i / 11 * 12 + i % 11;
+        pc_triangle(&mesh, v, v + 12, v + 13);
+        pc_triangle(&mesh, v, v + 13, v + 1);
+    }
+    open_scene(WG_PERSPECTIVE, WG_SHADING_FLAT);
+    for (unsigned i = 0; i < 60; i++) {
+        unsigned holes = 0, floor = 0;
+        pc_camera c = {dice(-180, 180), dice(2, 40), dice(-30, 30), {0, dice(0.1, 3), 0},
+                       dice(4, 40), dice(4, 40)};
+        pc_look(&scene, &c);
+        pm_make(&model, &mesh, &scene, 0);
+        CHECK(outside_count() > 0);
+        pc_draw(&scene);
+        for (int p = 0; p < SIDE * SIDE; p++) {
+            double x = p % SIDE + 0.5, y = p / SIDE + 0.5;
+            int in = pm_look(&model, x, y).triangle >= 0;
+            for (int k = 0; k < 4 && in; k++) { /* well inside: all around as well */
+                in = pm_look(&model, x + (k % 2 * 4 - 2), y + (k / 2 * 4 - 2)).triangle >= 0;
+            }
+            floor += in != 0;
+            holes += in && scene.pixels[p] == 0;
+        }
+        CHECK_EQ(holes, 0);
+        CHECK(floor > 500);
+    }
+    pc_close(&scene);
+}
+
+/* Corners hundreds of pictures away: the guard planes cut. */
+static void huge_triangles_are_drawn_right(void)
+{
+    for (uint8_t projection = 0; projection < 2; projection++) {
+        memset(&mesh, 0, sizeof mesh);
+        for (unsigned i = 0; i < 3; i++) {
+            double a = 2.1 * i, b = a + 2, c = a + 4.2;
+            pc_part(&mesh);
+            pc_triangle(&mesh, pc_vertex(&mesh, 180 * cos(a), 180 * sin(a), 2 * i),
+                        pc_vertex(&mesh, 180 * cos(b), 180 * sin(b), 2 * i),
+                        pc_vertex(&mesh, 180 * cos(c) + 1, 180 * sin(c), 2 * i));
+        }
+        mesh.sides = 1;
+        open_scene(projection, WG_SHADING_FLAT);
+        for (unsigned i = 0; i < 20; i++) {
+            pc_camera c = {dice(-60, 60), dice(-60, 60), dice(-180, 180),
+                           {dice(-60, 60), dice(-60, 60), 0}, dice(20, 60), dice(1, 8)};
+            compare_view(&c, projection, SIDE * SIDE / 2);
+            CHECK(outside_count() > 0);
+        }
+        pc_close(&scene);
+    }
+}
+
+/* ---- clips that mean harm -------------------------------------------------------------------- */
+
+/* Anything that wg_open_shapes lets through: random coordinates, corners, channels, view. */
+static uint8_t *hostile_clip(uint32_t *size)
+{
+    build b = {{{0}}, 1};
+    static int16_t rest[3 * 40];
+    uint16_t corners[3 * 60], channels[WG_VIEW_CHANNELS];
+    for (unsigned i = 0; i < WG_VIEW_CHANNELS; i++) {
+        build_channel(&b, (int)(bits() % 61) - 30, WG_UNIT_NONE, 0);
+        channels[i] = (uint16_t)(bits() % WG_VIEW_CHANNELS);
+    }
+    build_clip(&b, 60, 60, WG_END_HOLD);
+    for (unsigned i = 0; i < 3; i++) {
+        for (unsigned k = 0; k < 3 * 40; k++) {
+            rest[k] = (int16_t)(bits() % 7 ? bits() : bits() % 3);
+        }
+        const build_shape_data shape = {40, (int8_t)((int)(bits() % 29) - 8), WG_ABSENT,
+                                        {(int32_t)(bits() << 5 & 0xfffffffu), 0, 0}, rest};
+        build_shape(&b, &shape);
+    }
+    for (unsigned i = 0; i < 3; i++) {
+        for (unsigned k = 0; k < 3 * 60; k++) {
+            corners[k] = (uint16_t)(bits() % 40);
+        }
+        const build_part_data part = {(uint16_t)(bits() % 3), (uint16_t)(bits() % 2 ? 2 : WG_ABSENT),
+                                      60, (uint8_t)(bits() % 2), {1, 2, 3}, corners};
+        build_part(&b, &part);
+    }
+    build_view(&b, (uint8_t)(bits() % 2), (uint8_t)(bits() % 3), channels);
+    uint8_t *clip = build_finish(&b, size);
+    uint8_t *view = clip + build_where(clip, WG_SECTION_VIEWS, 0);
+    for (unsigned i = WG_VIEW_AMBIENT; i < WG_VIEW_CHANNEL; i++) {
+        view[i] = (uint8_t)bits();
+    }
+    build_seal(clip, *size);
+    return clip;
+}
+
+static int32_t any_value(void)
+{
+    uint32_t raw = bits() << 8 ^ bits();
+    return (int32_t)(bits() % 4 ? raw : raw >> bits() % 32);
+}
+
+static void no_clip_and_no_value_breaks_anything(void)
+{
+    static const uint8_t ALL = 40 * 3;
+    for (unsigned n = 0; n < 1500; n++) {
+        uint32_t size;
+        pc_scene s;
+        const wg_size picture = {(uint16_t)(1 + bits() % 40), (uint16_t)(1 + bits() % 40)};
+        s.clip = hostile_clip(&size);
+        CHECK_EQ(wg_open(&s.file, s.clip, size), 0);
+        CHECK_EQ(wg_open_shapes(&s.file), 0);
+        s.vertices = malloc(ALL * sizeof *s.vertices);
+        s.shades = malloc(ALL);
+        s.normals = malloc(3u * ALL * sizeof *s.normals);
+        s.pixels = malloc((size_t)picture.width * picture.height * sizeof *s.pixels);
+        wg_picture_memory memory = {s.vertices, bits() % 2 ? s.shades : NULL,
+                                    bits() % 2 ? s.normals : NULL, s.weights};
+        wg_picture_init(&s.picture, &s.file, picture, &memory);
+        for (unsigned frame = 0; frame < 3; frame++) {
+            wg_rect band = {0, 0, picture.width, 1};
+            uint32_t *row = malloc(picture.width * sizeof *row);
+            for (unsigned i = 0; i < WG_VIEW_CHANNELS; i++) {
+                s.values[i] = any_value();
+            }
+            wg_picture_set(&s.picture, s.values);
+            pc_draw(&s);
+            for (; band.y0 < picture.height; band.y0++) {
+                band.y1 = (uint16_t)(band.y0 + 1);
+                wg_picture_band(&s.picture, band, row);
+                CHECK(memcmp(row, s.pixels + (uint32_t)band.y0 * picture.width,
+                             picture.width * sizeof *row) == 0);
+            }
+            free(row);
+            for (uint32_t p = 0; p < (uint32_t)picture.width * picture.height; p++) {
+                CHECK(WG_PIXEL_PART(s.pixels[p]) <= 3);
+                CHECK(s.pixels[p] == 0 || WG_PIXEL_NEAR(s.pixels[p]) > 0);
+            }
+        }
+        pc_close(&s);
+    }
+}
+
+int main(void)
+{
+    TEST(inside_a_room_every_pixel_is_a_wall);
+    TEST(a_cut_wall_has_one_brightness);
+    TEST(cut_neighbours_leave_no_crack);
+    TEST(huge_triangles_are_drawn_right);
+    TEST(no_clip_and_no_value_breaks_anything);
+    return check_done();
+}
