@@ -22,8 +22,12 @@ static int fits(const scene_clip *clip, double duration, int rate)
 {
     int good = on_grid(duration, rate);
     for (int i = 0; good && i < clip->curve_count; i++) {
-        for (int k = 0; good && k < clip->curves[i].key_count; k++) {
-            good = on_grid(clip->curves[i].keys[k].time, rate);
+        const scene_curve *c = &clip->curves[i];
+        for (int k = 0; good && k < c->key_count; k++) {
+            good = on_grid(c->keys[k].time, rate);
+        }
+        for (int k = 0; good && c->samples && k < c->samples->count; k++) {
+            good = on_grid(c->samples->time[k], rate);
         }
     }
     for (int i = 0; good && i < clip->event_count; i++) {
@@ -97,6 +101,26 @@ static void cut_capture(bake_curve *curve, double end)
     }
 }
 
+/* A C2 cubic through samples that the baker made, on the tick grid as keys are. */
+static int sampled_curve(const scene_curve *c, int rate, bake_curve *out, bake_error *error)
+{
+    bake_key *keys = bake_alloc((size_t)c->samples->count, sizeof *keys);
+    bake_spline_problem p = {.end_value = {0, 0}};
+    memcpy(p.end, c->end, sizeof p.end);
+    int count = 0;
+    for (int i = 0; i < c->samples->count; i++) {
+        double time = floor(c->samples->time[i] * rate + 0.5) / rate;
+        if (count == 0 || time > keys[count - 1].time) {
+            keys[count].time = time;
+            keys[count].target[0] = c->samples->value[i];
+            keys[count++].weight[0] = BAKE_HARD;
+        }
+    }
+    int err = bake_spline_solve(&p, keys, count, out, NULL, error);
+    free(keys);
+    return err;
+}
+
 /* A held curve keeps its last key until the clip ends. */
 static int keyed_curve(const scene_curve *c, bake_key *keys, int i, author_clip *a,
                        bake_error *error)
@@ -143,7 +167,12 @@ static int make_curve(const scene *s, const scene_clip *clip, int i, author_clip
                             k, k + 1, a->rate);
         }
     }
-    if (err == 0) {
+    if (err == 0 && c->kind == CURVE_SAMPLED) {
+        err = sampled_curve(c, a->rate, &a->curve[i], error);
+        if (err == 0) {
+            cut_capture(&a->curve[i], (double)a->ticks / a->rate);
+        }
+    } else if (err == 0) {
         err = keyed_curve(c, keys, i, a, error);
     }
     free(keys);
@@ -167,6 +196,8 @@ static double longest(const scene_clip *clip, const author_clip *a)
         const scene_curve *c = &clip->curves[i];
         if (c->kind == CURVE_CAPTURED) {
             end = fmax(end, a->curve[i].segment[a->curve[i].count - 1].t1);
+        } else if (c->kind == CURVE_SAMPLED) {
+            end = fmax(end, c->samples->time[c->samples->count - 1]);
         } else {
             end = fmax(end, c->keys[c->key_count - 1].time);
         }

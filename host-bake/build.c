@@ -35,9 +35,16 @@ static void progress(int verbose, const char *what, int i, int n)
 
 int build_make(const scene *s, int verbose, build *b, bake_error *error)
 {
+    return build_make_shapes(s, NULL, verbose, b, error);
+}
+
+int build_make_shapes(const scene *s, const struct shapes *shapes, int verbose, build *b,
+                      bake_error *error)
+{
     int err = 0;
     memset(b, 0, sizeof *b);
     b->scene = s;
+    b->shapes = shapes;
     b->clip = bake_alloc((size_t)s->clip_count, sizeof *b->clip);
     b->track = bake_alloc((size_t)s->clip_count, sizeof *b->track);
     b->frac = bake_alloc((size_t)s->channel_count, sizeof *b->frac);

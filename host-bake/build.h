@@ -6,8 +6,11 @@
 #include "author.h"
 #include "track.h"
 
+struct shapes;
+
 typedef struct {
     const scene *scene;
+    const struct shapes *shapes;    /* of the scene's meshes; NULL: it has none */
     author_clip *clip;              /* scene.clip_count: the exact curves */
     bake_track **track;             /* [clip][curve] */
     int *frac;                      /* a channel */
@@ -17,8 +20,11 @@ typedef struct {
     bytes file;
 } build;
 
-/* Progress on stderr when `verbose` and it is a terminal. */
+/* Progress on stderr when `verbose` and it is a terminal. A scene with meshes: shapes_bake, which
+ * makes `shapes` first. */
 int build_make(const scene *s, int verbose, build *out, bake_error *error);
+int build_make_shapes(const scene *s, const struct shapes *shapes, int verbose, build *out,
+                      bake_error *error);
 void build_free(build *b);
 
 /* Chooses frac, tolerance, range and largest of every channel: after the clips are authored. */

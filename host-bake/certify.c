@@ -4,6 +4,7 @@
 #include "certify_parts.h"
 #include "fit.h"
 #include "record.h"
+#include "shapes.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -20,6 +21,13 @@ static int channel_frac(const wg_file *file, int channel)
     return (int8_t)get8(record(file, WG_SECTION_CHANNELS, channel, WG_CHANNEL_BYTES));
 }
 
+static int same_form(const wg_file *file, int shape, const shape_form *form)
+{
+    const uint8_t *r = record(file, WG_SECTION_SHAPES, shape, WG_SHAPE_BYTES);
+    return get16(r + WG_SHAPE_VERTICES) == form->vertex_count &&
+           get16(r + WG_SHAPE_BASIS_COUNT) == form->basis_count;
+}
+
 /* The file must be a bake of this scene, or there is nothing to compare. */
 static int check_match(const build *b, const wg_file *file, bake_error *error)
 {
@@ -30,6 +38,12 @@ static int check_match(const build *b, const wg_file *file, bake_error *error)
                file->section[WG_SECTION_LAYERS].count == s->layer_count &&
                file->section[WG_SECTION_FILTERS].count == s->filter_count &&
                file->section[WG_SECTION_TRIGGERS].count == s->trigger_count;
+    int meshes = b->shapes ? b->shapes->count : 0;
+    good = good && file->section[WG_SECTION_VIEWS].count == s->view_count;
+    for (int i = 0, shape = 0; good && i < meshes; shape += 1 + b->shapes->mesh[i++].has_normals) {
+        good = file->section[WG_SECTION_SHAPES].count > shape &&
+               same_form(file, shape, &b->shapes->mesh[i].form);
+    }
     for (int i = 0; good && i < s->clip_count; i++) {
         const uint8_t *c = clip_record(file, i);
         good = get16(c + WG_CLIP_TRACK_COUNT) == s->clips[i].curve_count &&
@@ -116,7 +130,7 @@ static void count_operations(const wg_file *file, int clip, certificate *c)
 static size_t ram(const scene *s)
 {
     size_t layers = s->layer_count > 0 ? (size_t)s->layer_count : 1;
-    return 13 * 12 + 16 + 48 * layers + 4 * (size_t)s->channel_count + 12 * (size_t)s->servo_count;
+    return 18 * 12 + 16 + 48 * layers + 4 * (size_t)s->channel_count + 12 * (size_t)s->servo_count;
 }
 
 static void certify_clip(const build *b, const wg_file *file, int i, certificate *c)
@@ -145,6 +159,17 @@ static void certify_clip(const build *b, const wg_file *file, int i, certificate
     count_operations(file, i, c);
 }
 
+static void certify_meshes(const build *b, const wg_file *file, certificate *c)
+{
+    c->mesh_count = b->shapes ? b->shapes->count : 0;
+    c->mesh = bake_alloc((size_t)c->mesh_count + 1, sizeof *c->mesh);
+    for (int i = 0; i < c->mesh_count; i++) {
+        certify_mesh(b, file, i, &c->mesh[i]);
+        certify_levels(b, file, i, &c->mesh[i]);
+        c->failed += c->mesh[i].largest > c->mesh[i].tolerance;
+    }
+}
+
 int certify(const build *b, const wg_file *file, size_t file_bytes, certificate *c,
             bake_error *error)
 {
@@ -168,11 +193,20 @@ int certify(const build *b, const wg_file *file, size_t file_bytes, certificate 
         certify_clip(b, file, i, c);
     }
     certify_mix(b, file, c);
+    certify_meshes(b, file, c);
+    c->picture_ram = certify_picture_ram(b);
+    c->over_flash = s->flash_bytes > 0 && (double)file_bytes > s->flash_bytes;
+    c->over_ram = s->ram_bytes > 0 && (double)(c->ram_bytes + c->picture_ram) > s->ram_bytes;
+    c->failed += c->over_flash + c->over_ram;
     return 0;
 }
 
 void certificate_free(certificate *c)
 {
+    for (int i = 0; i < c->mesh_count; i++) {
+        certificate_mesh_free(&c->mesh[i]);
+    }
+    free(c->mesh);
     free(c->channel);
     free(c->servo);
     memset(c, 0, sizeof *c);

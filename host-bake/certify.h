@@ -4,6 +4,7 @@
 #define BAKE_CERTIFY_H
 
 #include "build.h"
+#include "certify_shapes.h"
 
 #include <stdio.h>
 
@@ -31,17 +32,20 @@ typedef struct {
 } certificate_servo;
 
 typedef struct {
-    int channel_count, servo_count;
+    int channel_count, servo_count, mesh_count;
     certificate_channel *channel;
     certificate_servo *servo;
+    certificate_mesh *mesh;
     size_t file_bytes, section_bytes[WG_SECTION_KNOWN + 1];
-    double mix_seconds;  /* how long the mix was played; 0: the file has no layers */
-    double mix_compared; /* how long it was compared: until the first trigger fired */
-    size_t ram_bytes;    /* of a 32-bit player: file, player, layers, values, servo states */
+    double mix_seconds;       /* how long the mix was played; 0: the file has no layers */
+    double mix_compared;      /* how long it was compared: until the first trigger fired */
+    size_t ram_bytes;         /* of a 32-bit player: file, player, layers, values, servo states */
+    size_t picture_ram;       /* of device/raster/picture.h, without pixels; 0: no meshes */
+    int over_flash, over_ram; /* more than the scene's target has */
     int search_rounds;   /* halvings while seeking runs and segments, of the clip that needs most */
     int multiplications; /* 32 x 32 -> 64 */
     int divisions;       /* 32 / 16 */
-    int failed;          /* rows of channels over their tolerance */
+    int failed;          /* rows of channels and meshes over their tolerance, targets exceeded */
 } certificate;
 
 /* Replays `file`, opened from b->file or from disk; it must have the scene's clips and channels. */

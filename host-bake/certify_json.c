@@ -2,8 +2,7 @@
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "certify_parts.h"
 
-/* A JSON string; names may hold anything. */
-static void add_name(bytes *out, const char *key, const char *name)
+void json_name(bytes *out, const char *key, const char *name)
 {
     put_text(out, "\"%s\": \"", key);
     for (const char *p = name; *p; p++) {
@@ -30,8 +29,8 @@ static void add_channels(const build *b, const certificate *c, int mix, bytes *o
         }
         put_text(out, "%s\n    {", comma);
         comma = ",";
-        add_name(out, "clip", certificate_clip(b, h->clip));
-        add_name(out, "channel", channel->name);
+        json_name(out, "clip", certificate_clip(b, h->clip));
+        json_name(out, "channel", channel->name);
         put_text(
             out,
             "\"unit\": \"%s\", \"error_max\": %.9g, \"error_at_s\": %.6f, \"error_rms\": %.9g, "
@@ -52,8 +51,8 @@ static void add_servos(const build *b, const certificate *c, int mix, bytes *out
         }
         put_text(out, "%s\n    {", comma);
         comma = ",";
-        add_name(out, "clip", certificate_clip(b, v->clip));
-        add_name(out, "servo", servo->name);
+        json_name(out, "clip", certificate_clip(b, v->clip));
+        json_name(out, "servo", servo->name);
         put_text(out,
                  "\"unit\": \"%s\", \"error_max\": %.9g, \"low\": %.3f, \"high\": %.3f, "
                  "\"velocity\": %.3f, \"acceleration\": %.3f, \"jerk\": %.3f, "
@@ -84,5 +83,7 @@ void certificate_json(const build *b, const certificate *c, bytes *out)
     add_channels(b, c, 1, out);
     put_text(out, "\n  ], \"servos\": [");
     add_servos(b, c, 1, out);
-    put_text(out, "\n  ]}\n}\n");
+    put_text(out, "\n  ]},\n  ");
+    certificate_json_meshes(b, c, out);
+    put_text(out, "\n}\n");
 }

@@ -33,6 +33,18 @@ void certify_servo(const build *b, const wg_file *file, certificate_servo *row);
 /* The name of a section of the format, WG_SECTION_*. */
 const char *section_name(unsigned kind);
 
+/* RAM of device/raster/picture.h, without pixels. */
+size_t certify_picture_ram(const build *b);
+
+/* The parts of the certificate that are about meshes. */
+void certificate_print_meshes(const build *b, const certificate *c, FILE *to);
+void certificate_print_target(const build *b, const certificate *c, FILE *to);
+void certificate_print_mesh_failures(const build *b, const certificate *c, FILE *to);
+void certificate_json_meshes(const build *b, const certificate *c, bytes *out);
+
+/* "key": "name", and a comma; names may hold anything. */
+void json_name(bytes *out, const char *key, const char *name);
+
 /* Appends the rows of the start-up mix. */
 void certify_mix(const build *b, const wg_file *file, certificate *c);
 

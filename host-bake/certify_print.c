@@ -1,6 +1,7 @@
 /* The certificate for people.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "certify_parts.h"
+#include "shapes.h"
 
 const char *unit_name(int unit)
 {
@@ -16,9 +17,15 @@ const char *certificate_clip(const build *b, int clip)
 const char *section_name(unsigned kind)
 {
     static const char *const NAME[WG_SECTION_KNOWN + 1] = {
-        "",      "channels", "clips",   "tracks",   "runs",   "data", "events",
-        "masks", "layers",   "filters", "triggers", "servos", "names"};
+        "",        "channels", "clips",  "tracks", "runs",   "data",  "events", "masks", "layers",
+        "filters", "triggers", "servos", "names",  "shapes", "bases", "blocks", "parts", "views"};
     return NAME[kind];
+}
+
+/* Weights of meshes are many, and what counts is the surface they make. */
+static int is_made(const build *b, int channel)
+{
+    return b->shapes && channel >= b->shapes->channel_first;
 }
 
 static void print_channel(const build *b, const certificate_channel *h, FILE *to)
@@ -67,7 +74,10 @@ void certificate_print(const build *b, const certificate *c, FILE *to)
                 "  clip         channel          largest       rms                   tolerance "
                 "segs  waves\n");
     for (int i = 0; i < c->channel_count; i++) {
-        print_channel(b, &c->channel[i], to);
+        const certificate_channel *h = &c->channel[i];
+        if (!is_made(b, h->channel) || h->largest > h->tolerance) {
+            print_channel(b, h, to);
+        }
     }
     if (c->mix_seconds > 0) {
         fprintf(to, "  (mix): all layers and filters, every 20 ms of %.3f s; compared %s%.3f s\n",
@@ -84,6 +94,7 @@ void certificate_print(const build *b, const certificate *c, FILE *to)
     for (int i = 0; i < c->servo_count; i++) {
         print_servo(b, &c->servo[i], to);
     }
+    certificate_print_meshes(b, c, to);
     fprintf(to, "bytes %zu:", c->file_bytes);
     for (unsigned k = 1; k <= WG_SECTION_KNOWN; k++) {
         if (c->section_bytes[k] > 0) {
@@ -94,5 +105,10 @@ void certificate_print(const build *b, const certificate *c, FILE *to)
             "\nRAM %zu bytes; a layer's tick: at most %d search rounds, %d multiplications, %d "
             "divisions\n",
             c->ram_bytes, c->search_rounds, c->multiplications, c->divisions);
+    if (c->picture_ram > 0) {
+        fprintf(to, "pictures: %zu bytes of RAM, and a band of pixels\n", c->picture_ram);
+    }
     print_failures(b, c, to);
+    certificate_print_mesh_failures(b, c, to);
+    certificate_print_target(b, c, to);
 }

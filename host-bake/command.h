@@ -37,6 +37,7 @@ int command_bake(int argc, char **argv, bake_error *error);
 int command_check(int argc, char **argv, bake_error *error);
 int command_info(int argc, char **argv, bake_error *error);
 int command_play(int argc, char **argv, bake_error *error);
+int command_view(int argc, char **argv, bake_error *error);
 
 /* A clip from disk, opened by the player. The words own the bytes. */
 typedef struct {

@@ -3,6 +3,7 @@
 #include "certify.h"
 #include "check_curves.h"
 #include "command.h"
+#include "shapes.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -104,13 +105,14 @@ static int report(const build *b, const wg_file *file, size_t size, const option
 static int bake_scene(const char *path, const char *out, const option *options, bake_error *error)
 {
     scene s;
+    shapes sh;
     build b;
     wg_file file;
     if (scene_load(path, &s, error) < 0) {
         return EXIT_FAILED;
     }
     int code = EXIT_FAILED;
-    if (build_make(&s, option_value(options, "--quiet") == NULL, &b, error) == 0) {
+    if (shapes_bake(&s, option_value(options, "--quiet") == NULL, &sh, &b, error) == 0) {
         wg_open(&file, b.file.at, (uint32_t)b.file.count);
         code = report(&b, &file, b.file.count, options, error);
         if (code == EXIT_DONE && out && write_clip(&b, out, error) < 0) {
@@ -118,11 +120,13 @@ static int bake_scene(const char *path, const char *out, const option *options, 
         }
         if (code == EXIT_TOLERANCE) {
             bake_fail(error,
-                      "%s: a channel misses its tolerance (the certificate names it, FAILED); "
+                      "%s: a channel or mesh misses its tolerance, or the target is too small (the "
+                      "certificate says so, FAILED); "
                       "nothing was written",
                       path);
         }
         build_free(&b);
+        shapes_free(&sh);
     }
     scene_free(&s);
     return code;
@@ -151,22 +155,26 @@ int command_bake(int argc, char **argv, bake_error *error)
 static int check_clip(const char *path, const char *clip, const option *options, bake_error *error)
 {
     scene s;
+    shapes sh;
     build b;
     clip_disk disk;
     if (scene_load(path, &s, error) < 0) {
         return EXIT_FAILED;
     }
     int code = EXIT_FAILED;
-    if (build_make(&s, option_value(options, "--quiet") == NULL, &b, error) == 0) {
+    if (shapes_bake(&s, option_value(options, "--quiet") == NULL, &sh, &b, error) == 0) {
         if (clip_read(clip, &disk, error) == 0) {
             code = report(&b, &disk.file, disk.size, options, error);
             clip_release(&disk);
         }
         build_free(&b);
+        shapes_free(&sh);
     }
     scene_free(&s);
     if (code == EXIT_TOLERANCE) {
-        bake_fail(error, "%s: a channel misses its tolerance (the certificate names it, FAILED)",
+        bake_fail(error,
+                  "%s: a channel or mesh misses its tolerance, or the target is too small (the "
+                  "certificate says so, FAILED)",
                   clip);
     }
     return code;

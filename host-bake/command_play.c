@@ -1,7 +1,7 @@
 /* wiggly play: a clip on the host, as numbers, as a picture or live on a serial bus.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "certify.h"
-#include "command.h"
+#include "play_picture.h"
 #include "plot.h"
 #include "record.h"
 #include "serial.h"
@@ -9,71 +9,9 @@
 #include "dynamixel2.h"
 #include "maestro.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-
-/* One performance: the player as the firmware runs it, frame after frame. */
-typedef struct {
-    const wg_file *file;
-    wg_layer layers[WG_LAYERS_MAX];
-    wg_player player;
-    int32_t values[WG_CHANNELS_MAX];
-    wg_servo servos[WG_SERVOS_MAX];
-    uint32_t frame_us;
-    long frames;
-} stage;
-
-/* All layers as baked, or one clip alone on the first layer. */
-static int stage_set(stage *g, const wg_file *file, const option *options, bake_error *error)
-{
-    const char *name = option_value(options, "--clip");
-    int layers = file->section[WG_SECTION_LAYERS].count, clip = 0;
-    g->file = file;
-    wg_player_init(&g->player, file, g->layers, (uint8_t)(layers > 0 ? layers : 1));
-    wg_servo_init(g->servos, file);
-    if (name && (clip = clip_find(file, name)) < 0) {
-        return bake_fail(error, "the file has no clip named %s; wiggly info lists them", name);
-    }
-    for (int i = 0; i < layers && name; i++) {
-        wg_player_play(&g->player, (uint8_t)i, WG_NONE);
-    }
-    if (name || layers == 0) {
-        wg_player_play(&g->player, 0, (uint8_t)clip);
-        wg_player_fade(&g->player, 0, WG_WEIGHT_ONE, 0);
-        g->layers[0].mode = WG_MODE_OVERRIDE;
-        g->layers[0].mask = WG_NONE;
-    }
-    double longest = 0;
-    for (int i = 0; i < g->player.layer_count; i++) {
-        if (g->layers[i].clip != WG_NONE) {
-            longest =
-                fmax(longest, get32(clip_record(file, g->layers[i].clip) + WG_CLIP_US) * 1e-6);
-        }
-    }
-    double rate = option_number(options, "--rate", 50, error);
-    double seconds = option_number(options, "--seconds", longest > 0 ? longest : 1, error);
-    g->frame_us = (uint32_t)lround(1e6 / rate);
-    g->frames = (long)floor(seconds * 1e6 / g->frame_us + 0.5) + 1;
-    return 0;
-}
-
-/* Moves the stage to frame `index`; returns the number of events on the way. */
-static int stage_step(stage *g, long index)
-{
-    wg_event event;
-    int events = 0;
-    wg_player_update(&g->player, (uint32_t)((uint64_t)index * g->frame_us));
-    while (wg_player_event(&g->player, &event)) {
-        fprintf(stderr, "%.3f s: event %s\n", (double)index * g->frame_us * 1e-6,
-                clip_name(g->file, NAME_EVENT, event.id));
-        events++;
-    }
-    wg_player_sample(&g->player, g->values);
-    wg_servo_step(g->file, g->servos, g->values, g->frame_us);
-    return events;
-}
 
 /* ---- numbers --------------------------------------------------------------------------------- */
 
@@ -119,14 +57,14 @@ static int play_csv(stage *g, const char *path, bake_error *error)
     return csv_close(to, path, error);
 }
 
-/* ---- a picture ------------------------------------------------------------------------------- */
+/* ---- pictures ------------------------------------------------------------------------------ */
 
 static int channel_unit_of(const wg_file *file, int channel)
 {
     return get8(record(file, WG_SECTION_CHANNELS, channel, WG_CHANNEL_BYTES) + WG_CHANNEL_UNIT);
 }
 
-static int play_png(stage *g, const char *path, bake_error *error)
+static int play_curves(stage *g, const char *path, bake_error *error)
 {
     int n = g->file->section[WG_SECTION_CHANNELS].count;
     size_t frames = (size_t)g->frames;
@@ -151,6 +89,31 @@ static int play_png(stage *g, const char *path, bake_error *error)
     free(v);
     free(panels);
     return err;
+}
+
+/* The first option given that only pictures have, or NULL. */
+static const char *picture_option(const option *options)
+{
+    static const char *const NAMES[] = {"--size",    "--panel", "--view", "--bases",
+                                        "--shading", "--at",    "--fps"};
+    for (size_t i = 0; i < sizeof NAMES / sizeof *NAMES; i++) {
+        if (option_value(options, NAMES[i])) {
+            return NAMES[i];
+        }
+    }
+    return NULL;
+}
+
+/* A clip with parts is shown, of any other there are its curves to see. */
+static int play_png(stage *g, const option *options, const char *path, bake_error *error)
+{
+    const char *name = picture_option(options);
+    if (painter_can(g->file)) {
+        return play_pictures(g, options, path, error);
+    }
+    return name ? bake_fail(error, "%s is for clips with meshes and a view; this one has curves",
+                            name)
+                : play_curves(g, path, error);
 }
 
 /* ---- live ------------------------------------------------------------------------------------ */
@@ -214,7 +177,8 @@ static int check_numbers(const option *options, bake_error *error)
 {
     double rate = option_number(options, "--rate", 50, error);
     double seconds = option_number(options, "--seconds", 1, error);
-    if (rate < 0 || seconds < 0 || option_number(options, "--baud", 115200, error) < 0) {
+    if (rate < 0 || seconds < 0 || option_number(options, "--baud", 115200, error) < 0 ||
+        option_number(options, "--fps", 10, error) < 0) {
         return -1;
     }
     if (rate < 1 || rate > 8000) {
@@ -225,33 +189,57 @@ static int check_numbers(const option *options, bake_error *error)
                : 0;
 }
 
-int command_play(int argc, char **argv, bake_error *error)
+/* Everything that is wrong whatever the clip is. */
+static int check_options(const option *options, bake_error *error)
 {
-    option options[] = {{"--csv", 1, NULL},  {"--png", 1, NULL},     {"--serial", 1, NULL},
-                        {"--bus", 1, NULL},  {"--baud", 1, NULL},    {"--clip", 1, NULL},
-                        {"--rate", 1, NULL}, {"--seconds", 1, NULL}, {NULL, 0, NULL}};
-    const char *words[1];
-    int count = options_parse(argc, argv, options, (option_words){words, 1}, error);
+    painter_wish wish;
     const char *csv = option_value(options, "--csv"), *png = option_value(options, "--png");
     const char *serial = option_value(options, "--serial"), *bus = option_value(options, "--bus");
-    int ways = (csv != NULL) + (png != NULL) + (serial != NULL) + (bus != NULL);
-    if (count >= 0 && (count != 1 || ways != 1)) {
-        count = bake_fail(error, "usage: wiggly play CLIP.wgl with one of --csv FILE, --png FILE, "
-                                 "--serial DEVICE, --bus FILE");
+    if ((csv != NULL) + (png != NULL) + (serial != NULL) + (bus != NULL) != 1) {
+        return bake_fail(error, "usage: wiggly play CLIP.wgl with one of --csv FILE, --png FILE, "
+                                "--serial DEVICE, --bus FILE");
     }
-    if (count < 0 || check_numbers(options, error) < 0) {
+    if (check_numbers(options, error) < 0 ||
+        painter_options(options, (wg_size){1, 1}, &wish, error) < 0) {
+        return -1;
+    }
+    if (png == NULL && picture_option(options)) {
+        return bake_fail(error, "%s goes with --png", picture_option(options));
+    }
+    int series = png ? series_check(png, error) : 0;
+    if (series > 0 && wish.at >= 0) {
+        return bake_fail(error, "--at shows one picture: no %% in its name");
+    }
+    return series < 0 ? -1 : 0;
+}
+
+int command_play(int argc, char **argv, bake_error *error)
+{
+    option options[] = {{"--csv", 1, NULL},  {"--png", 1, NULL},  {"--serial", 1, NULL},
+                        {"--bus", 1, NULL},  {"--baud", 1, NULL}, {"--clip", 1, NULL},
+                        {"--rate", 1, NULL}, {"--fps", 1, NULL},  {"--seconds", 1, NULL},
+                        PAINTER_OPTIONS,     {NULL, 0, NULL}};
+    const char *words[1];
+    int count = options_parse(argc, argv, options, (option_words){words, 1}, error);
+    if (count == 0) {
+        count =
+            bake_fail(error, "usage: wiggly play CLIP.wgl with --csv, --png, --serial or --bus");
+    }
+    if (count < 0 || check_options(options, error) < 0) {
         return EXIT_USAGE;
     }
     clip_disk disk;
     if (clip_read(words[0], &disk, error) < 0) {
         return EXIT_FAILED;
     }
+    const char *csv = option_value(options, "--csv"), *png = option_value(options, "--png");
+    const char *serial = option_value(options, "--serial"), *bus = option_value(options, "--bus");
     stage *g = bake_alloc(1, sizeof *g);
     int err = stage_set(g, &disk.file, options, error);
     if (err == 0) {
         long baud = (long)option_number(options, "--baud", 115200, error);
         err = csv      ? play_csv(g, csv, error)
-              : png    ? play_png(g, png, error)
+              : png    ? play_png(g, options, png, error)
               : serial ? play_line(g, serial_open(serial, baud, error), 1, error)
                        : play_line(g, serial_file(bus, error), 0, error);
     }

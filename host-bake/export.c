@@ -1,6 +1,6 @@
 /* The clip as C source and header, and files written whole or not at all.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
-#include "build.h"
+#include "shapes.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -38,6 +38,44 @@ static uint64_t longest_us(const build *b)
     return most;
 }
 
+/* Sizes of what device/raster/picture.h works in. */
+static void add_shapes(const build *b, bytes *out)
+{
+    int count = b->shapes ? b->shapes->count : 0, vertices = 0, bases = 0, parts = 0, records = 0;
+    int bare = 0, smooth = 0; /* a mesh without normals, a view that wants them */
+    for (int i = 0; i < count; i++) {
+        const shape_mesh *m = &b->shapes->mesh[i];
+        vertices += m->mesh.vertex_count;
+        bases = m->form.basis_count > bases ? m->form.basis_count : bases;
+        parts += m->mesh.part_count;
+        records += 1 + m->has_normals;
+        bare |= !m->has_normals;
+    }
+    for (int i = 0; i < b->scene->view_count; i++) {
+        smooth |= b->scene->views[i].shading == WG_SHADING_SMOOTH;
+    }
+    put_text(out,
+             "#define CLIP_SHAPES %d\n#define CLIP_VERTICES %d /* of all shapes' positions */\n"
+             "#define CLIP_BASES %d /* of the shape that has most */\n#define CLIP_PARTS %d\n"
+             "#define CLIP_NORMALS %d /* vertices with recomputed normals: all or none */\n"
+             "#define CLIP_VIEWS %d\n",
+             records, vertices, bases, parts, bare && smooth ? vertices : 0, b->scene->view_count);
+}
+
+/* A mesh's name is that of its positions. */
+static void add_shape_names(const build *b, bytes *out)
+{
+    int shape = 0;
+    for (int i = 0; b->shapes && i < b->shapes->count; i++) {
+        const shape_mesh *m = &b->shapes->mesh[i];
+        add_index(out, "SHAPE", b->scene->meshes[m->index].name, shape);
+        shape += 1 + m->has_normals;
+    }
+    for (int i = 0; i < b->scene->view_count; i++) {
+        add_index(out, "VIEW", b->scene->views[i].name, i);
+    }
+}
+
 void build_header_text(const build *b, const char *stem, bytes *out)
 {
     const scene *s = b->scene;
@@ -50,6 +88,7 @@ void build_header_text(const build *b, const char *stem, bytes *out)
     put_text(out, "#define CLIP_TRACKS %d\n", track_count(b));
     put_text(out, "#define CLIP_LAYERS %d\n#define CLIP_SERVOS %d\n#define CLIP_EVENTS %d\n",
              s->layer_count > 0 ? s->layer_count : 1, s->servo_count, s->event_name_count);
+    add_shapes(b, out);
     put_text(out, "#define CLIP_DURATION_US UINT32_C(%llu) /* of the longest clip */\n",
              (unsigned long long)longest_us(b));
     put_text(out, "#define CLIP_TICK_US UINT32_C(20000)\n#define CLIP_FRAMES (CLIP_DURATION_US / "
@@ -66,6 +105,7 @@ void build_header_text(const build *b, const char *stem, bytes *out)
     for (int i = 0; i < s->event_name_count; i++) {
         add_index(out, "EVENT", s->event_names[i], i);
     }
+    add_shape_names(b, out);
     put_text(out, "\n/* On AVR it lies in program memory: read it through the player only. */\n"
                   "extern const uint32_t clip_words[];\n#define CLIP_DATA ((const void "
                   "*)clip_words)\n\n#endif\n");

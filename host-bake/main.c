@@ -21,10 +21,21 @@ static const char HELP[] =
     "  wiggly play CLIP.wgl                plays all layers as the firmware does, or --clip NAME "
     "alone\n"
     "      --csv FILE       time, channels, servo positions ('-': stdout)\n"
-    "      --png FILE       a plot of every channel\n"
+    "      --png FILE       a clip with meshes: 4 x 4 pictures over its time, one with --at S, or "
+    "all of\n"
+    "                       them with a name like frame_%03d.png, --fps N a second (10); else its "
+    "curves\n"
     "      --serial DEVICE  live on a servo bus; --baud N (115200)\n"
     "      --bus FILE       the frames of that bus in a file, at once\n"
     "      --rate HZ        frames a second (50)     --seconds S  how long (the longest clip)\n"
+    "  wiggly view CLIP.wgl                the same in a window; the h key lists keys and mouse\n"
+    "      --frames N       closes after N frames    --shot FILE   the last one as PNG\n"
+    "  pictures of play and view:\n"
+    "      --size WxH       pixels (play 240x240, view 400x400)\n"
+    "      --panel NAME     exactly what a panel shows: ssd0323, ssd1306, ssd0303, st7789, "
+    "ili9341, sharp\n"
+    "      --view N         which camera (0)         --shading wire|flat|smooth (the view's)\n"
+    "      --bases K        level of detail (all)    --at S        that moment, in seconds\n"
     "\n"
     "exit codes: 0 done, 1 failed (the message says where and what to do), 2 usage, 3 over "
     "tolerance\n";
@@ -37,7 +48,8 @@ int main(int argc, char **argv)
     } commands[] = {{"bake", command_bake},
                     {"check", command_check},
                     {"info", command_info},
-                    {"play", command_play}};
+                    {"play", command_play},
+                    {"view", command_view}};
     bake_error error = {""};
     if (argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0 ||
                      strcmp(argv[1], "help") == 0)) {

@@ -1,15 +1,10 @@
 /* Tracks and tables as the bytes of a clip file.
- * Source: SPEC 3, 4.
+ * Source: SPEC 3, 4. Shapes, parts and views: shape_pack.c.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
-#include "build.h"
+#include "shape_pack.h"
 
 #include <math.h>
 #include <string.h>
-
-typedef struct {
-    bytes at[WG_SECTION_KNOWN + 1];
-    int count[WG_SECTION_KNOWN + 1];
-} sections;
 
 /* The channel's scale holds every value that build_scale has seen. */
 static int32_t raw(const build *b, int channel, double value)
@@ -17,7 +12,7 @@ static int32_t raw(const build *b, int channel, double value)
     return (int32_t)floor(ldexp(value, b->frac[channel]) + 0.5);
 }
 
-static void pack_channels(const build *b, sections *out)
+static void pack_channels(const build *b, packed *out)
 {
     for (int i = 0; i < b->scene->channel_count; i++) {
         bytes *o = &out->at[WG_SECTION_CHANNELS];
@@ -47,7 +42,7 @@ static void pack_time_base(const author_clip *c, bytes *o, int end)
 }
 
 /* An event at the very end moves to the last tick: ticks are below the duration (SPEC 4.6). */
-static void pack_events(const author_clip *a, const scene_clip *clip, sections *out)
+static void pack_events(const author_clip *a, const scene_clip *clip, packed *out)
 {
     for (int i = 0; i < clip->event_count; i++) {
         int tick = (int)lround(clip->events[i].time * a->rate);
@@ -57,7 +52,7 @@ static void pack_events(const author_clip *a, const scene_clip *clip, sections *
     out->count[WG_SECTION_EVENTS] += clip->event_count;
 }
 
-static void pack_clips(const build *b, sections *out)
+static void pack_clips(const build *b, packed *out)
 {
     for (int i = 0; i < b->scene->clip_count; i++) {
         const scene_clip *clip = &b->scene->clips[i];
@@ -83,7 +78,7 @@ static void pack_clips(const build *b, sections *out)
     out->count[WG_SECTION_CLIPS] = b->scene->clip_count;
 }
 
-static void pack_layers(const build *b, sections *out)
+static void pack_layers(const build *b, packed *out)
 {
     const scene *s = b->scene;
     for (int i = 0; i < s->mask_count; i++) {
@@ -144,7 +139,7 @@ static int check_row(const build *b, int index, int i, bake_error *error)
 }
 
 /* M acts on values in their units, the player on raw ones: M_ij 2^(frac_i - frac_j), Q12. */
-static int pack_matrix(const build *b, int index, sections *out, bake_error *error)
+static int pack_matrix(const build *b, int index, packed *out, bake_error *error)
 {
     const scene_filter *f = &b->scene->filters[index];
     bytes *data = &out->at[WG_SECTION_DATA];
@@ -176,7 +171,7 @@ static int pack_matrix(const build *b, int index, sections *out, bake_error *err
     return 0;
 }
 
-static int pack_constant(const build *b, int index, double value, sections *out, bake_error *error)
+static int pack_constant(const build *b, int index, double value, packed *out, bake_error *error)
 {
     static const char *const ops[] = {"offset", "gain", "clamp", "minimum"};
     const scene_filter *f = &b->scene->filters[index];
@@ -192,7 +187,7 @@ static int pack_constant(const build *b, int index, double value, sections *out,
     return 0;
 }
 
-static int pack_filters(const build *b, sections *out, bake_error *error)
+static int pack_filters(const build *b, packed *out, bake_error *error)
 {
     for (int i = 0; i < b->scene->filter_count; i++) {
         const scene_filter *f = &b->scene->filters[i];
@@ -225,7 +220,7 @@ static uint32_t clamped(double x, double lo, double hi)
 }
 
 /* gain: positions a unit, as a 16-bit mantissa of positions Q8 a raw unit. */
-static void pack_servos(const build *b, sections *out)
+static void pack_servos(const build *b, packed *out)
 {
     for (int i = 0; i < b->scene->servo_count; i++) {
         const scene_servo *v = &b->scene->servos[i];
@@ -250,13 +245,13 @@ static void pack_servos(const build *b, sections *out)
     out->count[WG_SECTION_SERVOS] = b->scene->servo_count;
 }
 
-static void pack_name(const char *name, sections *out)
+static void pack_name(const char *name, packed *out)
 {
     put_copy(&out->at[WG_SECTION_NAMES], name, strlen(name) + 1);
     out->count[WG_SECTION_NAMES]++;
 }
 
-static void pack_names(const scene *s, sections *out)
+static void pack_names(const scene *s, packed *out)
 {
     for (int i = 0; i < s->channel_count; i++) {
         pack_name(s->channels[i].name, out);
@@ -295,7 +290,7 @@ static void write32(uint8_t *at, uint32_t value)
 }
 
 /* Header and directory, then the sections that have something in them. */
-static void assemble(const sections *s, bytes *file)
+static void assemble(const packed *s, bytes *file)
 {
     uint32_t count = 0;
     for (unsigned k = 1; k <= WG_SECTION_KNOWN; k++) {
@@ -329,7 +324,7 @@ static void assemble(const sections *s, bytes *file)
 /* The finished file is opened by the real player: what it refuses is not delivered. */
 int build_pack(build *b, bake_error *error)
 {
-    sections s;
+    packed s;
     memset(&s, 0, sizeof s);
     pack_channels(b, &s);
     pack_clips(b, &s);
@@ -337,6 +332,9 @@ int build_pack(build *b, bake_error *error)
     int err = pack_filters(b, &s, error);
     pack_servos(b, &s);
     pack_names(b->scene, &s);
+    if (err == 0) {
+        err = shapes_pack(b, &s, error);
+    }
     for (unsigned k = 1; k <= WG_SECTION_KNOWN && err == 0; k++) {
         if (s.count[k] > 65535) {
             err = bake_fail(error,
@@ -349,6 +347,7 @@ int build_pack(build *b, bake_error *error)
         assemble(&s, &b->file);
         wg_file file;
         int code = wg_open(&file, b->file.at, (uint32_t)b->file.count);
+        code = code < 0 ? code : wg_open_shapes(&file);
         if (code < 0) {
             err = bake_fail(error,
                             "%s: the player refuses the baked file with code %d; this is a fault "

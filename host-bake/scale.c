@@ -161,6 +161,35 @@ static int choose_frac(const reach *r)
     return frac;
 }
 
+static void reach_over(reach *r, double lo, double hi)
+{
+    r->lo = fmin(r->lo, lo);
+    r->hi = fmax(r->hi, hi);
+    r->width = fmax(r->width, hi - lo);
+    note_largest(r);
+}
+
+/* What a program may set by itself: additive shapes all the way, a camera all around. */
+static void reach_pictures(const scene *s, reach *all)
+{
+    for (int i = 0; i < s->mesh_count; i++) {
+        for (int j = 0; j < s->meshes[i].shape_count; j++) {
+            reach_over(&all[s->meshes[i].shapes[j].channel], 0, 1);
+        }
+    }
+    for (int i = 0; i < s->view_count; i++) {
+        const int *c = s->views[i].channel;
+        double far = fabs(s->channels[c[WG_VIEW_DISTANCE]].rest);
+        for (int k = (int)WG_VIEW_X; k < (int)WG_VIEW_CHANNELS; k++) {
+            far = fmax(far, fabs(s->channels[c[k]].rest));
+        }
+        for (int k = 0; k < (int)WG_VIEW_CHANNELS; k++) {
+            double wide = k < (int)WG_VIEW_X ? 180 : 2 * far;
+            reach_over(&all[c[k]], -wide, wide);
+        }
+    }
+}
+
 static int scale_channel(build *b, int c, const reach *r, bake_error *error)
 {
     const scene *s = b->scene;
@@ -191,6 +220,7 @@ int build_scale(build *b, bake_error *error)
             reach_range(&s->channels[c], &all[c]);
         }
     }
+    reach_pictures(s, all);
     for (int k = 0; k < s->filter_count; k++) {
         for (int i = 0; i < s->filters[k].n; i++) {
             reach_range(&s->channels[s->filters[k].channels[i]], &all[s->filters[k].channels[i]]);

@@ -1,5 +1,5 @@
-/* Loads a scene: the small parts here, clips in scene_clip.c and scene_curve.c, servos in
- * scene_servo.c.
+/* Loads a scene: the small parts here, clips in scene_clip.c and scene_curve.c, the others in files
+ * of their own.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "scene_load.h"
 
@@ -8,9 +8,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
-enum { SOURCES_MAX = 255, NAME_BYTES = 64 };
+enum { SOURCES_MAX = 255, MESHES_MAX = 8, NAME_BYTES = 64 };
 
 int scene_read_channel(loader *l, int index)
 {
@@ -47,17 +46,6 @@ int scene_read_channel(loader *l, int index)
     return 0;
 }
 
-/* A relative path starts at the scene's directory. */
-static char *beside(const char *scene_path, const char *file)
-{
-    const char *slash = strrchr(scene_path, '/');
-    size_t directory = file[0] == '/' || slash == NULL ? 0 : (size_t)(slash - scene_path) + 1;
-    char *path = bake_alloc(directory + strlen(file) + 1, 1);
-    memcpy(path, scene_path, directory);
-    strcpy(path + directory, file);
-    return path;
-}
-
 int scene_read_source(loader *l, int index)
 {
     static const int animations[2] = {0, 9999};
@@ -69,12 +57,7 @@ int scene_read_source(loader *l, int index)
         loader_need(l, "file", from->file, "- {name: walk, file: walk.bvh}") ||
         loader_integer(l, "animation", from->animation, animations, &to->animation))
         return -1;
-    to->file = beside(l->tree->path, from->file);
-    struct stat info;
-    if (stat(to->file, &info) != 0 || !S_ISREG(info.st_mode))
-        return loader_fail(l, "file", "there is no file '%s'; paths start at the scene's directory",
-                           to->file);
-    return 0;
+    return loader_file(l, from->file, &to->file);
 }
 
 int scene_read_mask(loader *l, int index)
@@ -86,20 +69,24 @@ int scene_read_mask(loader *l, int index)
     if (loader_name(l, SCENE_NAMES(y->masks, y->masks_count), index, example, &to->name))
         return -1;
     to->weight = bake_alloc((size_t)s->channel_count, sizeof *to->weight);
+    to->mesh_weight = bake_alloc((size_t)s->mesh_count, sizeof *to->mesh_weight);
     int weights = scene_tree_find(l->tree, l->node, "weights");
     if (weights < 0 || l->tree->nodes[weights].kind != NODE_MAPPING)
         return loader_fail(l, "weights", "a mask needs 'weights'; write for example:  %s", example);
     for (int i = l->tree->nodes[weights].child; i >= 0; i = l->tree->nodes[i].next) {
         const scene_node *entry = &l->tree->nodes[i];
-        int channel = 0;
+        scene_names meshes = SCENE_NAMES(s->meshes, s->mesh_count);
+        int channel = 0, mesh = s->mesh_count > 0 ? scene_names_find(&meshes, entry->key) : -1;
         l->node = i;
-        if (loader_reference(l, "channel", entry->key, SCENE_NAMES(s->channels, s->channel_count),
-                             &channel))
+        if (mesh < 0 &&
+            loader_reference(l, s->mesh_count > 0 ? "mesh or channel" : "channel", entry->key,
+                             SCENE_NAMES(s->channels, s->channel_count), &channel))
             return -1;
         if (entry->kind != NODE_SCALAR)
             return loader_fail(l, NULL, "the weight of '%s' must be a number from 0 to 1",
                                entry->key);
-        if (loader_number(l, entry->key, entry->value, &scene_fraction, &to->weight[channel]))
+        if (loader_number(l, entry->key, entry->value, &scene_fraction,
+                          mesh >= 0 ? &to->mesh_weight[mesh] : &to->weight[channel]))
             return -1;
     }
     return 0;
@@ -179,7 +166,7 @@ static int check_count(const loader *l, const char *field, unsigned count, unsig
 static int check_counts(const loader *l)
 {
     const yaml_scene *y = l->yaml;
-    if (y->channels_count == 0)
+    if (y->channels_count + y->meshes_count + y->views_count == 0)
         return loader_fail(l, "channels",
                            "a scene needs channels; write for example:  channels: "
                            "[{name: jaw, unit: deg}]");
@@ -195,7 +182,9 @@ static int check_counts(const loader *l)
                    check_count(l, "layers", y->layers_count, WG_LAYERS_MAX) ||
                    check_count(l, "filters", y->filters_count, WG_FILTERS_MAX) ||
                    check_count(l, "triggers", y->triggers_count, WG_TRIGGERS_MAX) ||
-                   check_count(l, "servos", y->servos_count, WG_SERVOS_MAX)
+                   check_count(l, "servos", y->servos_count, WG_SERVOS_MAX) ||
+                   check_count(l, "meshes", y->meshes_count, MESHES_MAX) ||
+                   check_count(l, "views", y->views_count, WG_VIEWS_MAX)
                ? -1
                : 0;
 }
@@ -208,7 +197,10 @@ static void *allot(unsigned count, size_t size)
 /* Allocates every array zeroed, so that scene_free may follow a failure anywhere. */
 static void allot_all(scene *s, const yaml_scene *y)
 {
-    s->channels = allot(y->channels_count, sizeof *s->channels);
+    unsigned views = y->views_count > 0 || y->meshes_count == 0 ? y->views_count : 1;
+    s->channels = bake_alloc(y->channels_count + views * WG_VIEW_CHANNELS, sizeof *s->channels);
+    s->meshes = allot(y->meshes_count, sizeof *s->meshes);
+    s->views = allot(views, sizeof *s->views);
     s->sources = allot(y->sources_count, sizeof *s->sources);
     s->clips = allot(y->clips_count, sizeof *s->clips);
     s->masks = allot(y->masks_count, sizeof *s->masks);
@@ -224,6 +216,8 @@ static void allot_all(scene *s, const yaml_scene *y)
     s->filter_count = (int)y->filters_count;
     s->trigger_count = (int)y->triggers_count;
     s->servo_count = (int)y->servos_count;
+    s->mesh_count = (int)y->meshes_count;
+    s->view_count = (int)y->views_count; /* see scene_add_view */
 }
 
 /* The scene's name; without one, the file's, with what no C name may hold made '_'. */
@@ -254,6 +248,14 @@ static int add_base_layer(scene *s)
     return 0;
 }
 
+static int read_views(loader *l)
+{
+    int none = l->out->mesh_count > 0 && l->out->view_count == 0;
+    if (none ? scene_add_view(l) : loader_each(l, "views", scene_read_view))
+        return -1;
+    return check_count(l, "channels", (unsigned)l->out->channel_count, WG_CHANNELS_MAX);
+}
+
 static int read_all(loader *l)
 {
     static const scene_measure rate = {
@@ -268,12 +270,13 @@ static int read_all(loader *l)
     allot_all(s, l->yaml);
     return loader_each(l, "channels", scene_read_channel) ||
                    loader_each(l, "sources", scene_read_source) ||
+                   loader_each(l, "meshes", scene_read_mesh) || read_views(l) ||
                    loader_each(l, "clips", scene_read_clip) ||
                    loader_each(l, "masks", scene_read_mask) ||
                    loader_each(l, "layers", scene_read_layer) || add_base_layer(s) ||
                    loader_each(l, "filters", scene_read_filter) ||
                    loader_each(l, "triggers", scene_read_trigger) ||
-                   loader_each(l, "servos", scene_read_servo)
+                   loader_each(l, "servos", scene_read_servo) || scene_read_target(l)
                ? -1
                : 0;
 }

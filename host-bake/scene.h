@@ -6,6 +6,7 @@
 
 #include "bake.h"
 #include "spline.h"
+#include "wiggly_format.h"
 
 /* sources: - {name: walk, file: walk.bvh, animation: 0}
  * file: relative to the scene file; .csv = columns, anything else goes through Assimp. */
@@ -29,7 +30,8 @@ typedef enum {
     CURVE_CUBIC,
     CURVE_BSPLINE,
     CURVE_WIGGLY,
-    CURVE_CAPTURED
+    CURVE_CAPTURED,
+    CURVE_SAMPLED /* like CAPTURED, from samples that the baker made */
 } scene_curve_kind;
 
 typedef enum { CAPTURE_ROTATION, CAPTURE_TRANSLATION } capture_component;
@@ -64,8 +66,76 @@ typedef struct {
     char *node, *column; /* one of them NULL */
     double axis[3];      /* unit length */
     double scale, offset;
-    double from, to; /* to = 0: all */
+    double from, to;         /* to = 0: all */
+    struct capture *samples; /* CURVE_SAMPLED: made by shapes_make, owned; else NULL */
 } scene_curve;
+
+/* shapes of a mesh: - {channel: smile, file: smile.obj}   or  {channel: blink, target: eyes_shut}
+ * An additive base shape: value 1 of the channel is the whole way from the mesh's rest pose to it
+ * [Alexa 7.1.1]. target: a morph target of the mesh's own file (glTF), by name. */
+typedef struct {
+    int line, channel;
+    char *file, *target; /* one of them NULL; file as the baker opens it */
+} scene_shape;
+
+/* What a mesh shades its triangles by. */
+typedef enum { NORMALS_NONE, NORMALS_FIXED, NORMALS_INTERPOLATED } scene_normals;
+
+/* meshes: - {name: faerie, file: faerie.md2, up: y, scale: 1, tolerance: 0.2, bases: 24, bits: 8,
+ *            mean: true, affine: auto, every: 1, pieces: 1, normals: fixed, sides: 1,
+ *            colour: [200, 180, 160], shapes: [...]}
+ * Exactly one of: shapes (then no clip has frames of it), or clips with frames of it, or neither (a
+ * thing that does not deform).
+ * file: whatever Assimp reads, or a series such as run_####.obj. */
+typedef struct {
+    char *name, *file;
+    int line;
+    double scale; /* scene units a file unit: 1 */
+    int up;       /* 'y' (default), 'z' */
+    double
+        tolerance; /* largest distance of a posed vertex from where it should be; 0 = 1/500 of the
+                         diagonal of the box around all frames */
+    int bases;     /* at most; 0 = as many as the tolerance takes, WG_BASES_MAX at the most */
+    int bits;      /* 8, 16, 0 = whichever is smaller within the tolerance */
+    int mean;      /* 1: rest is the frames' mean, 0: uncentred, as the thesis has it */
+    int affine;    /* 1, 0, -1 = whichever takes fewer bytes */
+    int every;     /* the bases come from every n-th frame, the others are projected */
+    int pieces; /* a sequence is cut into so many, each with bases of its own beside shared ones */
+    scene_normals normals;
+    int sides;      /* 1, 2, 0 = as the file says, else 1 */
+    int has_colour; /* colour replaces those of the file */
+    unsigned char colour[3];
+    int shape_count;
+    scene_shape *shapes;
+} scene_mesh;
+
+/* clips: meshes: - {mesh: faerie, frames: [40, 45], rate: 9 Hz}
+ *                - {mesh: cow, file: walk.pc2}          .pc2 .mdd, or run_####.obj
+ * The clip's frames of a mesh; without file those of the mesh's own. Frame i is shown at i / rate;
+ * a clip that loops ends one frame later, where it meets its first again. */
+typedef struct {
+    int line, mesh;
+    char *file;      /* as the baker opens it, or NULL */
+    int first, last; /* counted from 0; last = -1: all */
+    double rate;     /* frames a second; 0 = as the file says, else 30 */
+} scene_motion;
+
+/* views: - {name: front, projection: perspective, shading: smooth, yaw: 20, pitch: 10, roll: 0,
+ *           target: [0, 30, 0], distance: 200, size: 70, light: [0.3, 0.6, 0.7], ambient: 0.2,
+ *           background: [0, 0, 0]}
+ * yaw .. size: a number, or the name of a channel. A number becomes a channel of its own, named
+ * <view>_yaw and so on, with that rest value, appended after the scene's own. Defaults of target and
+ * size: fitted by the baker to what all clips show (fit = 1). */
+typedef struct {
+    char *name;
+    int line;
+    int projection, shading;  /* WG_PERSPECTIVE.., WG_SHADING_* */
+    double ambient, light[3]; /* light: unit length */
+    unsigned char background[3];
+    int channel[WG_VIEW_CHANNELS];
+    int fit_target, fit_size,
+        fit_distance; /* not given: the baker sets the channels' rest values */
+} scene_view;
 
 typedef struct {
     double time;
@@ -83,15 +153,18 @@ typedef struct {
     double duration;
     int end;      /* WG_END_* */
     int additive; /* 0 or 1 */
-    int event_count, curve_count;
-    scene_event *events; /* ascending */
-    scene_curve *curves; /* ascending channel, at most one a channel */
+    int event_count, curve_count, motion_count;
+    scene_event *events;   /* ascending */
+    scene_curve *curves;   /* ascending channel, at most one a channel */
+    scene_motion *motions; /* at most one a mesh */
 } scene_clip;
 
-/* masks: - {name: head, weights: {jaw: 1, neck: 0.5}}      others 0 */
+/* masks: - {name: head, weights: {jaw: 1, neck: 0.5}}      others 0
+ * A mesh's name stands for all channels that its frames make. */
 typedef struct {
     char *name;
-    double *weight; /* channel_count */
+    double *weight;      /* channel_count */
+    double *mesh_weight; /* mesh_count */
 } scene_mask;
 
 /* layers: - {name: base, clip: walk, mode: override|add, mask: head, weight: 1}
@@ -157,6 +230,10 @@ typedef struct {
     scene_trigger *triggers;
     scene_servo *servos;
     char **event_names;
+    int mesh_count, view_count;
+    scene_mesh *meshes;
+    scene_view *views;
+    double flash_bytes, ram_bytes; /* target: {flash: 64 KB, ram: 8 KB}; 0 = not limited */
 } scene;
 
 /* Reads and checks a scene file. Every message starts with "path:line: ". */
@@ -168,7 +245,7 @@ void scene_free(scene *s);
 int scene_check_events(const scene *s, const scene_clip *clip, double length, bake_error *error);
 
 /* Samples of one captured curve, with scale and offset applied. */
-typedef struct {
+typedef struct capture {
     int count;
     double *time, *value; /* ascending time, starting at 0 */
 } capture;

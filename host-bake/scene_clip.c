@@ -94,6 +94,8 @@ static int check_twice(const loader *l, const scene_clip *clip)
 static int read_curves(loader *l, const yaml_clip *from, int index)
 {
     scene_clip *to = &l->out->clips[index];
+    if (from->curves_count == 0 && from->meshes_count > 0)
+        return 0;
     if (from->curves_count == 0)
         return loader_fail(l, "curves",
                            "the clip '%s' has no curves; write for example:  curves: "
@@ -116,11 +118,12 @@ static double last_time(const scene_curve *curve)
     return curve->key_count > 0 ? curve->keys[curve->key_count - 1].time : 0;
 }
 
-/* Length of the clip as far as the scene says: captured curves are not read here. */
+/* Length of the clip as far as the scene says: captured curves and frames of meshes are not read
+ * here. */
 static double known_length(const scene_clip *clip, int *captured)
 {
     double length = 0;
-    *captured = 0;
+    *captured = clip->motion_count > 0;
     for (int i = 0; i < clip->curve_count; i++) {
         *captured |= clip->curves[i].kind == CURVE_CAPTURED;
         length = fmax(length, last_time(&clip->curves[i]));
@@ -130,8 +133,10 @@ static double known_length(const scene_clip *clip, int *captured)
 
 int scene_check_events(const scene *s, const scene_clip *clip, double length, bake_error *error)
 {
-    const scene_event *last = clip->events + clip->event_count - 1; /* they ascend */
-    if (clip->event_count == 0 || last->time <= length + same_time)
+    if (clip->event_count == 0)
+        return 0;
+    const scene_event *last = &clip->events[clip->event_count - 1]; /* they ascend */
+    if (last->time <= length + same_time)
         return 0;
     return bake_fail(error, "%s:%d: the event '%s' at %g s lies behind the clip's end at %g s",
                      s->path, last->line, s->event_names[last->id], last->time, length);
@@ -184,5 +189,8 @@ int scene_read_clip(loader *l, int index)
     if (from->duration != NULL && to->duration <= 0)
         return loader_fail(l, "duration",
                            "'duration' must be above 0; leave it out for the longest curve");
-    return read_events(l, from, to) || read_curves(l, from, index) || check_length(l, to) ? -1 : 0;
+    return read_events(l, from, to) || read_curves(l, from, index) ||
+                   scene_read_motions(l, index) || check_length(l, to)
+               ? -1
+               : 0;
 }

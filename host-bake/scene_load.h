@@ -27,6 +27,7 @@ typedef struct {
 } scene_measure;
 
 extern const scene_measure scene_time, scene_frequency, scene_plain, scene_positive, scene_fraction;
+extern const scene_measure scene_length; /* above 0, in mm */
 
 /* Values, velocities and accelerations of a channel: [WG_UNIT_*][derivative]. */
 extern const scene_measure scene_value[4][3];
@@ -62,6 +63,14 @@ int loader_reference(const loader *l, const char *field, const char *text, scene
 int loader_quantity(const loader *l, const char *field, const char *text, double *value,
                     char suffix[LOADER_SUFFIX_BYTES]);
 
+/* A file that there is, as the baker opens it: a relative path starts at the scene's directory. In a
+ * series such as run_####.obj the files are looked for when they are read. */
+int loader_file(const loader *l, const char *text, char **out);
+
+/* Exactly `count` entries of the list `field`, each a whole number from 0 to 255. */
+int loader_colour(const loader *l, const char *field, char *const *text, unsigned count,
+                  unsigned char out[3]);
+
 /* Checks a new name: a letter, then at most 62 letters, digits, '_' or '-', because names become C
  * macros; unique among `names` before `index`. Copies it. */
 int loader_name(const loader *l, scene_names names, int index, const char *example, char **out);
@@ -78,6 +87,15 @@ int scene_read_layer(loader *l, int index);
 int scene_read_filter(loader *l, int index);
 int scene_read_trigger(loader *l, int index);
 int scene_read_servo(loader *l, int index);
+int scene_read_mesh(loader *l, int index);
+int scene_read_view(loader *l, int index);
+int scene_read_target(loader *l);
+
+/* What looks at the meshes of a scene without views. */
+int scene_add_view(loader *l);
+
+/* The frames of meshes in the clip the loader is at. */
+int scene_read_motions(loader *l, int clip);
 
 /* One curve of the clip the loader is at; `clip` and `index` say which. */
 int scene_read_curve(loader *l, int clip, int index);

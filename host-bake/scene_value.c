@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* A clip's length is stored as 32-bit microseconds: 4294 s. */
 const scene_measure scene_time = {
@@ -17,6 +18,7 @@ const scene_measure scene_frequency = {"a frequency such as 2 or '2 Hz'", {{"Hz"
 const scene_measure scene_plain = {"a number such as 0.5", {{NULL, 0}}, -1e9, 1e9};
 const scene_measure scene_positive = {"a number such as 0.5", {{NULL, 0}}, 0, 1e9};
 const scene_measure scene_fraction = {"a number from 0 to 1", {{"%", 1e-2}}, 0, 1};
+const scene_measure scene_length = {"a length such as 3 or '3 mm'", {{"mm", 1}}, 1e-6, 1e6};
 
 /* 2^28 raw units at the coarsest useful resolution are far beyond any of these. */
 #define VALUE 1e6
@@ -163,6 +165,39 @@ int loader_reference(const loader *l, const char *field, const char *text, scene
     if (*out < 0)
         return loader_fail(l, field, "there is no %s '%.60s'; %s", field, text,
                            scene_names_hint(&names, text, hint));
+    return 0;
+}
+
+int loader_file(const loader *l, const char *text, char **out)
+{
+    const char *slash = strrchr(l->tree->path, '/');
+    size_t directory = text[0] == '/' || slash == NULL ? 0 : (size_t)(slash - l->tree->path) + 1;
+    *out = bake_alloc(directory + strlen(text) + 1, 1);
+    memcpy(*out, l->tree->path, directory);
+    strcpy(*out + directory, text);
+    struct stat info;
+    if (strchr(text, '#') == NULL && (stat(*out, &info) != 0 || !S_ISREG(info.st_mode)))
+        return loader_fail(l, "file", "there is no file '%s'; paths start at the scene's directory",
+                           *out);
+    return 0;
+}
+
+int loader_colour(const loader *l, const char *field, char *const *text, unsigned count,
+                  unsigned char out[3])
+{
+    static const int range[2] = {0, 255};
+    if (text == NULL)
+        return 0;
+    if (count != 3)
+        return loader_fail(l, field,
+                           "'%s' has %u numbers; write red, green and blue:  [200, 180, 160]",
+                           field, count);
+    for (int i = 0; i < 3; i++) {
+        int value = 0;
+        if (loader_integer(l, field, text[i], range, &value))
+            return -1;
+        out[i] = (unsigned char)value;
+    }
     return 0;
 }
 

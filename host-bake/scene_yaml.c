@@ -12,6 +12,7 @@
 #define MAYBE                    (CYAML_FLAG_POINTER | CYAML_FLAG_OPTIONAL)
 #define TEXT(type, field)        CYAML_FIELD_STRING_PTR(#field, MAYBE, type, field, 0, MANY)
 #define LIST(type, field, entry) CYAML_FIELD_SEQUENCE(#field, MAYBE, type, field, &(entry), 0, MANY)
+#define PART(type, field, parts) CYAML_FIELD_MAPPING_PTR(#field, MAYBE, type, field, parts)
 #define FREE_FORM(field)         CYAML_FIELD_IGNORE(field, CYAML_FLAG_OPTIONAL)
 #define ENTRY(type, fields)                                                                        \
     {                                                                                              \
@@ -69,12 +70,18 @@ static const cyaml_schema_field_t mark_fields[] = {TEXT(yaml_mark, name), TEXT(y
                                                    CYAML_FIELD_END};
 static const cyaml_schema_value_t mark_entry = ENTRY(yaml_mark, mark_fields);
 
+static const cyaml_schema_field_t motion_fields[] = {
+    TEXT(yaml_motion, mesh), TEXT(yaml_motion, file), TEXT(yaml_motion, rate),
+    LIST(yaml_motion, frames, text_entry), CYAML_FIELD_END};
+static const cyaml_schema_value_t motion_entry = ENTRY(yaml_motion, motion_fields);
+
 static const cyaml_schema_field_t clip_fields[] = {TEXT(yaml_clip, name),
                                                    TEXT(yaml_clip, duration),
                                                    TEXT(yaml_clip, end),
                                                    TEXT(yaml_clip, additive),
                                                    LIST(yaml_clip, events, mark_entry),
                                                    LIST(yaml_clip, curves, curve_entry),
+                                                   LIST(yaml_clip, meshes, motion_entry),
                                                    CYAML_FIELD_END};
 static const cyaml_schema_value_t clip_entry = ENTRY(yaml_clip, clip_fields);
 
@@ -113,6 +120,46 @@ static const cyaml_schema_field_t servo_fields[] = {
     TEXT(yaml_servo, acceleration), CYAML_FIELD_END};
 static const cyaml_schema_value_t servo_entry = ENTRY(yaml_servo, servo_fields);
 
+static const cyaml_schema_field_t shape_fields[] = {
+    TEXT(yaml_shape, channel), TEXT(yaml_shape, file), TEXT(yaml_shape, target), CYAML_FIELD_END};
+static const cyaml_schema_value_t shape_entry = ENTRY(yaml_shape, shape_fields);
+
+static const cyaml_schema_field_t mesh_fields[] = {TEXT(yaml_mesh, name),
+                                                   TEXT(yaml_mesh, file),
+                                                   TEXT(yaml_mesh, up),
+                                                   TEXT(yaml_mesh, scale),
+                                                   TEXT(yaml_mesh, tolerance),
+                                                   TEXT(yaml_mesh, bases),
+                                                   TEXT(yaml_mesh, bits),
+                                                   TEXT(yaml_mesh, mean),
+                                                   TEXT(yaml_mesh, affine),
+                                                   TEXT(yaml_mesh, every),
+                                                   TEXT(yaml_mesh, pieces),
+                                                   TEXT(yaml_mesh, normals),
+                                                   TEXT(yaml_mesh, sides),
+                                                   LIST(yaml_mesh, colour, text_entry),
+                                                   LIST(yaml_mesh, shapes, shape_entry),
+                                                   CYAML_FIELD_END};
+static const cyaml_schema_value_t mesh_entry = ENTRY(yaml_mesh, mesh_fields);
+
+static const cyaml_schema_field_t view_fields[] = {TEXT(yaml_view, name),
+                                                   TEXT(yaml_view, projection),
+                                                   TEXT(yaml_view, shading),
+                                                   TEXT(yaml_view, yaw),
+                                                   TEXT(yaml_view, pitch),
+                                                   TEXT(yaml_view, roll),
+                                                   TEXT(yaml_view, distance),
+                                                   TEXT(yaml_view, size),
+                                                   TEXT(yaml_view, ambient),
+                                                   LIST(yaml_view, target, text_entry),
+                                                   LIST(yaml_view, light, text_entry),
+                                                   LIST(yaml_view, background, text_entry),
+                                                   CYAML_FIELD_END};
+static const cyaml_schema_value_t view_entry = ENTRY(yaml_view, view_fields);
+
+static const cyaml_schema_field_t target_fields[] = {TEXT(yaml_target, flash),
+                                                     TEXT(yaml_target, ram), CYAML_FIELD_END};
+
 static const cyaml_schema_field_t scene_fields[] = {TEXT(yaml_scene, name),
                                                     TEXT(yaml_scene, tick_rate),
                                                     LIST(yaml_scene, sources, source_entry),
@@ -123,6 +170,9 @@ static const cyaml_schema_field_t scene_fields[] = {TEXT(yaml_scene, name),
                                                     LIST(yaml_scene, filters, filter_entry),
                                                     LIST(yaml_scene, triggers, trigger_entry),
                                                     LIST(yaml_scene, servos, servo_entry),
+                                                    LIST(yaml_scene, meshes, mesh_entry),
+                                                    LIST(yaml_scene, views, view_entry),
+                                                    PART(yaml_scene, target, target_fields),
                                                     CYAML_FIELD_END};
 static const cyaml_schema_value_t scene_schema = {
     CYAML_VALUE_MAPPING(CYAML_FLAG_POINTER, yaml_scene, scene_fields)};

@@ -38,11 +38,42 @@ typedef struct {
 } yaml_mark;
 
 typedef struct {
+    char *channel, *file, *target;
+} yaml_shape;
+
+typedef struct {
+    char *name, *file, *up, *scale, *tolerance, *bases, *bits, *mean, *affine, *every, *pieces;
+    char *normals, *sides;
+    char **colour;
+    unsigned colour_count;
+    yaml_shape *shapes;
+    unsigned shapes_count;
+} yaml_mesh;
+
+typedef struct {
+    char *mesh, *file, *rate;
+    char **frames;
+    unsigned frames_count;
+} yaml_motion;
+
+typedef struct {
+    char *name, *projection, *shading, *yaw, *pitch, *roll, *distance, *size, *ambient;
+    char **target, **light, **background;
+    unsigned target_count, light_count, background_count;
+} yaml_view;
+
+typedef struct {
+    char *flash, *ram;
+} yaml_target;
+
+typedef struct {
     char *name, *duration, *end, *additive;
     yaml_mark *events;
     unsigned events_count;
     yaml_curve *curves;
     unsigned curves_count;
+    yaml_motion *meshes;
+    unsigned meshes_count;
 } yaml_clip;
 
 typedef struct {
@@ -78,8 +109,12 @@ typedef struct {
     yaml_filter *filters;
     yaml_trigger *triggers;
     yaml_servo *servos;
+    yaml_mesh *meshes;
+    yaml_view *views;
+    yaml_target *target;
     unsigned sources_count, channels_count, clips_count, masks_count;
     unsigned layers_count, filters_count, triggers_count, servos_count;
+    unsigned meshes_count, views_count;
 } yaml_scene;
 
 /* Checks the tree's text against the schema and loads it. */

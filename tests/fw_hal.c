@@ -2,6 +2,7 @@
  * can check on the two lines. A new port runs this first.
  *   bus    all 256 byte values in order, then each received byte plus one, for 100 ms
  *   I2C    01 02 03 04 to the memory at 0x40, if there is one
+ *   SPI    01 02 03 04 twice, as command and as data; nothing answers, so it only has to come back
  *   stops  with 42
  * SPDX-License-Identifier: MIT */
 #include "hal.h"
@@ -56,6 +57,9 @@ int main(void)
     echo_test();
     hal_log(hal_i2c_write(0x40, data, sizeof data) == 0 ? "i2c 40 ok" : "i2c 40 silent");
     hal_log(hal_i2c_write(0x41, data, sizeof data) == 0 ? "i2c 41 ok" : "i2c 41 silent");
+    hal_spi_write(0, data, sizeof data);
+    hal_spi_write(1, data, sizeof data);
+    hal_log("spi sent");
     hal_stop(42);
     return 0;
 }

@@ -1,4 +1,4 @@
-/* Scene files: what is read from the examples, what is said about 125 wrong ones, and that no
+/* Scene files: what is read from the examples, what is said about 173 wrong ones, and that no
  * damaged one does harm.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "check.h"
@@ -16,6 +16,7 @@
 static const char scratch[] = "build/scene_test.yaml";
 static const char nod[] = "examples/nod/nod.yaml";
 static const char buses[] = "tests/scenes/buses.yaml";
+static const char meshes[] = "tests/scenes/meshes.yaml";
 static const char puppet[] = "examples/puppet/puppet.yaml";
 
 static scene s;
@@ -181,6 +182,96 @@ static void the_puppets_motion_suits_its_servos(void)
     scene_free(&s);
 }
 
+static void check_mesh(const scene_mesh *mesh)
+{
+    CHECK(strcmp(mesh->file, "tests/scenes/house.obj") == 0 && mesh->line == 8);
+    CHECK_EQ(mesh->up, 'z');
+    CHECK_NEAR(mesh->scale, 25.4, 0);
+    CHECK_NEAR(mesh->tolerance, 0.2, 0);
+    CHECK_EQ(mesh->bases, 24);
+    CHECK_EQ(mesh->bits, 8);
+    CHECK(mesh->mean == 0 && mesh->affine == 1 && mesh->every == 3 && mesh->pieces == 2);
+    CHECK_EQ(mesh->normals, NORMALS_FIXED);
+    CHECK(mesh->sides == 2 && mesh->has_colour && mesh->colour[1] == 180);
+    mesh = &s.meshes[1];
+    CHECK_EQ(mesh->up, 'y');
+    CHECK(mesh->scale == 1 && mesh->tolerance == 0 && mesh->bases == 0 && mesh->bits == 0);
+    CHECK(mesh->mean == 1 && mesh->affine == -1 && mesh->every == 1 && mesh->pieces == 1);
+    CHECK(mesh->normals == NORMALS_NONE && mesh->sides == 0 && !mesh->has_colour);
+    CHECK_EQ(mesh->shape_count, 1);
+    CHECK(strcmp(mesh->shapes[0].target, "tall") == 0 && mesh->shapes[0].file == NULL);
+    CHECK(mesh->shapes[0].channel == 0 && mesh->shapes[0].line == 14);
+}
+
+static void meshes_and_their_frames_are_read(void)
+{
+    CHECK_EQ(load(meshes), 0);
+    CHECK_EQ(s.mesh_count, 2);
+    check_mesh(&s.meshes[0]);
+    const scene_motion *motion = &s.clips[0].motions[0];
+    CHECK_EQ(s.clips[0].motion_count, 1);
+    CHECK_EQ(s.clips[0].curve_count, 0);
+    CHECK(motion->mesh == 0 && motion->first == 2 && motion->last == 5 && motion->line == 19);
+    CHECK(strcmp(motion->file, "tests/scenes/house_##.obj") == 0);
+    CHECK_NEAR(motion->rate, 9, 0);
+    motion = &s.clips[1].motions[0];
+    CHECK(motion->file == NULL && motion->first == 0 && motion->last == -1 && motion->rate == 0);
+    CHECK_NEAR(s.masks[0].mesh_weight[0], 0.5, 0);
+    CHECK_NEAR(s.masks[0].mesh_weight[1], 0, 0);
+    CHECK_NEAR(s.masks[0].weight[1], 0.25, 0);
+    CHECK_NEAR(s.flash_bytes, 65536, 0);
+    CHECK_NEAR(s.ram_bytes, 8192, 0);
+    scene_free(&s);
+}
+
+/* A view's numbers follow the scene's 3 channels: 8 of front, then side's pitch, roll, x, y, size.
+ */
+static void views_make_channels_of_their_numbers(void)
+{
+    static const int side[WG_VIEW_CHANNELS] = {1, 11, 12, 13, 14, 2, 2, 15};
+    CHECK_EQ(load(meshes), 0);
+    CHECK_EQ(s.view_count, 2);
+    CHECK_EQ(s.channel_count, 16);
+    const scene_view *front = &s.views[0], *view = &s.views[1];
+    for (int i = 0; i < (int)WG_VIEW_CHANNELS; i++) {
+        CHECK_EQ(front->channel[i], 3 + i);
+        CHECK_EQ(view->channel[i], side[i]);
+    }
+    CHECK(front->fit_target && front->fit_distance && front->fit_size);
+    CHECK(!view->fit_target && !view->fit_distance && !view->fit_size);
+    CHECK(front->projection == WG_PERSPECTIVE && front->shading == WG_SHADING_SMOOTH);
+    CHECK(view->projection == WG_ORTHOGRAPHIC && view->shading == WG_SHADING_WIRE);
+    CHECK(strcmp(s.channels[3].name, "front_yaw") == 0);
+    CHECK(strcmp(s.channels[15].name, "side_size") == 0);
+    CHECK_EQ(s.channels[11].unit, WG_UNIT_DEGREE);
+    CHECK_NEAR(s.channels[11].rest, 10, 0);
+    CHECK_NEAR(s.channels[11].tolerance, 0.1, 0);
+    CHECK_EQ(s.channels[14].unit, WG_UNIT_MILLIMETRE);
+    CHECK_NEAR(s.channels[14].rest, 30, 0);
+    CHECK_NEAR(s.channels[14].tolerance, 0, 0);
+    CHECK(front->light[0] < 0 && front->light[1] > 0 && front->light[2] > 0);
+    CHECK_NEAR(hypot(hypot(front->light[0], front->light[1]), front->light[2]), 1, 1e-12);
+    CHECK(fabs(view->light[0] - 0.6) < 1e-15 && fabs(view->light[2] - 0.8) < 1e-15);
+    CHECK_NEAR(front->ambient, 0.25, 0);
+    CHECK_NEAR(view->ambient, 0.5, 0);
+    CHECK(view->background[2] == 255 && front->background[0] == 0);
+    CHECK_EQ(s.clips[2].curves[0].channel, 11); /* curves move views like anything else */
+    scene_free(&s);
+}
+
+static void meshes_alone_are_looked_at(void)
+{
+    static const char text[] = "meshes: [{name: a, file: ../tests/scenes/house.obj}]\n"
+                               "clips: [{name: c, duration: 1, meshes: [{mesh: a}]}]\n";
+    CHECK_EQ(load_text(text, sizeof text - 1), 0);
+    CHECK_EQ(s.channel_count, 8);
+    CHECK_EQ(s.view_count, 1);
+    CHECK(strcmp(s.views[0].name, "view") == 0 && s.views[0].shading == WG_SHADING_FLAT);
+    CHECK(strcmp(s.channels[0].name, "view_yaw") == 0 && s.channels[0].rest == 0);
+    CHECK(s.views[0].fit_target && s.views[0].fit_distance && s.views[0].fit_size);
+    scene_free(&s);
+}
+
 static void ends_come_from_keys_fields_and_defaults(void)
 {
     static const char text[] =
@@ -256,7 +347,7 @@ static void every_wrong_scene_is_explained_at_its_line(void)
         at = strstr(text - 1, "\n===");
         check_case(header, text, at != NULL ? (size_t)(at + 1 - text) : strlen(text));
     }
-    CHECK_EQ(count, 125);
+    CHECK_EQ(count, 173);
     free(cases);
 }
 
@@ -293,8 +384,8 @@ static void try_damaged(const char *text, size_t size)
 
 static void no_truncation_does_harm(void)
 {
-    const char *const paths[2] = {nod, puppet};
-    for (int i = 0; i < 2; i++) {
+    const char *const paths[3] = {nod, puppet, meshes};
+    for (int i = 0; i < 3; i++) {
         size_t size;
         char *text = read_all(paths[i], &size);
         for (size_t length = 0; length < size; length += 13)
@@ -303,10 +394,10 @@ static void no_truncation_does_harm(void)
     }
 }
 
-static void no_flipped_byte_does_harm(void)
+static void flip_bytes(const char *path)
 {
     size_t size;
-    char *text = read_all(nod, &size);
+    char *text = read_all(path, &size);
     unsigned long random = 1;
     for (int i = 0; i < 2000; i++) {
         random = (random * 1103515245 + 12345) & 0x7fffffff;
@@ -322,6 +413,12 @@ static void no_flipped_byte_does_harm(void)
     free(text);
 }
 
+static void no_flipped_byte_does_harm(void)
+{
+    flip_bytes(nod);
+    flip_bytes(meshes);
+}
+
 int main(void)
 {
     TEST(nod_channels_clips_and_layers_are_read);
@@ -330,6 +427,9 @@ int main(void)
     TEST(dynamixels_are_in_steps);
     TEST(the_puppet_is_read);
     TEST(the_puppets_motion_suits_its_servos);
+    TEST(meshes_and_their_frames_are_read);
+    TEST(views_make_channels_of_their_numbers);
+    TEST(meshes_alone_are_looked_at);
     TEST(ends_come_from_keys_fields_and_defaults);
     TEST(every_wrong_scene_is_explained_at_its_line);
     TEST(a_missing_file_is_an_error);

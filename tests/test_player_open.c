@@ -31,7 +31,7 @@ static void accepts_every_section(void)
     wg_file file;
     CHECK_EQ(wg_open(&file, clip, size), 0);
     static const uint16_t COUNT[] = {0, 3, 2, 4, 11, 0, 4, 2, 2, 5, 1, 3, 3};
-    for (unsigned k = 1; k <= WG_SECTION_KNOWN; k++) {
+    for (unsigned k = 1; k <= WG_SECTION_NAMES; k++) {
         CHECK_EQ(file.section[k].count, COUNT[k]);
         CHECK(file.section[k].at == clip + build_where(clip, k, 0));
     }
@@ -428,7 +428,7 @@ static void accepts_the_most_records_and_no_more(void)
 /* Every record count of 65535 in a file that is far too small for it. */
 static void rejects_absurd_counts(void)
 {
-    for (uint8_t kind = 1; kind <= WG_SECTION_KNOWN; kind++) {
+    for (uint8_t kind = 1; kind <= WG_SECTION_NAMES; kind++) {
         change c = {0, 0, 2, 2, 0xffffu, WG_ERR_DIRECTORY};
         c.kind = (uint8_t)(100u + kind);
         c.want = kind == WG_SECTION_NAMES ? WG_ERR_NAME : WG_ERR_DIRECTORY;

@@ -1,0 +1,191 @@
+/* The certificate's meshes for people and as JSON, and what a target has room for.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "certify_parts.h"
+#include "shapes.h"
+
+/* wg_picture, about: on a 32-bit processor. */
+#define PICTURE_BYTES 160
+
+size_t certify_picture_ram(const build *b)
+{
+    size_t vertices = 0, bases = 0, shaded = 0;
+    for (int i = 0; b->shapes && i < b->shapes->count; i++) {
+        const shape_mesh *m = &b->shapes->mesh[i];
+        vertices += (size_t)m->mesh.vertex_count;
+        bases = (size_t)m->form.basis_count > bases ? (size_t)m->form.basis_count : bases;
+    }
+    for (int i = 0; i < b->scene->view_count; i++) {
+        shaded |= b->scene->views[i].shading == (int)WG_SHADING_SMOOTH;
+    }
+    return vertices == 0 ? 0 : PICTURE_BYTES + (vertices + 1) * (6 + shaded) + 2 * (bases + 1);
+}
+
+/* ---- for people ------------------------------------------------------------------------------- */
+
+static const char *clip_of(const build *b, const certificate_mesh *r)
+{
+    return r->clip < 0 ? "(shapes)" : b->scene->clips[r->clip].name;
+}
+
+static void print_levels(const certificate_mesh *r, FILE *to)
+{
+    for (int k = 0; r->level && k <= r->bases; k++) {
+        /* every one of the first, then fewer */
+        if (k > 4 && k < r->bases && k % (r->bases > 20 ? 8 : 4) != 0) {
+            continue;
+        }
+        fprintf(to, "    %3d bases %9.3g %9.3g %8zu bytes\n", k, r->level[k].largest,
+                r->level[k].rms, r->level[k].bytes);
+    }
+}
+
+void certificate_print_meshes(const build *b, const certificate *c, FILE *to)
+{
+    static const char *const AFFINE[] = {"not moved as a whole", "moved as a whole",
+                                         "turned as a whole"};
+    if (c->mesh_count > 0) {
+        fputs("meshes (posed against loaded, every vertex of every frame)\n"
+              "  mesh            vertices triangles  bases  bits   largest       rms tolerance\n",
+              to);
+    }
+    for (int i = 0; i < c->mesh_count; i++) {
+        const certificate_mesh *r = &c->mesh[i];
+        fprintf(to,
+                "  %-14s %9d %9d %6d %5d %9.3g %9.3g %9.3g at %s %.3f s, frame %d, vertex %d%s\n",
+                b->scene->meshes[r->mesh].name, r->vertices, r->triangles, r->bases, r->bits,
+                r->largest, r->rms, r->tolerance, clip_of(b, r), r->when, r->frame, r->vertex,
+                r->largest > r->tolerance ? "  OVER" : "");
+        fprintf(to,
+                "    %s; at most %d bases at work; bytes: rest %zu, bases %zu, weights %zu, "
+                "whole %zu, normals %zu, triangles %zu\n",
+                AFFINE[r->affine], r->at_work, r->rest_bytes, r->basis_bytes, r->weight_bytes,
+                r->affine_bytes, r->normal_bytes, r->triangle_bytes);
+        if (b->shapes->mesh[i].frame_count > 0) {
+            print_levels(r, to);
+        }
+    }
+}
+
+/* How many bases of the mesh that has most bytes would fit, the others being as they are. */
+static void advise_flash(const build *b, const certificate *c, FILE *to)
+{
+    int most = -1, k;
+    for (int i = 0; i < c->mesh_count; i++) {
+        if (c->mesh[i].level && b->shapes->mesh[i].frame_count > 0 &&
+            (most < 0 || c->mesh[i].basis_bytes > c->mesh[most].basis_bytes)) {
+            most = i;
+        }
+    }
+    if (most < 0) {
+        fputs("make the meshes or the clips smaller\n", to);
+        return;
+    }
+    const certificate_mesh *r = &c->mesh[most];
+    for (k = r->bases; k >= 0; k--) {
+        double size =
+            (double)c->file_bytes + (double)r->level[k].bytes - (double)r->level[r->bases].bytes;
+        if (size <= b->scene->flash_bytes) {
+            break;
+        }
+    }
+    if (k < 0) {
+        fprintf(to,
+                "without any bases of mesh %s it would still be too large: use a mesh with "
+                "fewer vertices, or fewer clips\n",
+                b->scene->meshes[r->mesh].name);
+        return;
+    }
+    fprintf(to,
+            "the first %d of %d bases of mesh %s would fit, and be off by up to %.3g: set its "
+            "tolerance to that, or leave out clips\n",
+            k, r->bases, b->scene->meshes[r->mesh].name, r->level[k].largest);
+}
+
+void certificate_print_target(const build *b, const certificate *c, FILE *to)
+{
+    const scene *s = b->scene;
+    if (c->over_flash) {
+        fprintf(to, "FAILED: the clip takes %zu bytes, the target has %.0f of flash; ",
+                c->file_bytes, s->flash_bytes);
+        advise_flash(b, c, to);
+    }
+    if (c->over_ram) {
+        size_t total = c->ram_bytes + c->picture_ram, vertices = 0;
+        for (int i = 0; i < c->mesh_count; i++) {
+            vertices += (size_t)c->mesh[i].vertices;
+        }
+        double each = c->picture_ram > 0 ? 7 : 1, over = (double)total - s->ram_bytes;
+        fprintf(to,
+                "FAILED: playing takes %zu bytes of RAM, without a band of pixels; the target "
+                "has %.0f",
+                total, s->ram_bytes);
+        if ((double)vertices * each > over) {
+            fprintf(to, ": meshes of %.0f vertices instead of %zu would fit",
+                    (double)vertices - over / each - 1, vertices);
+        }
+        fputc('\n', to);
+    }
+}
+
+void certificate_print_mesh_failures(const build *b, const certificate *c, FILE *to)
+{
+    for (int i = 0; i < c->mesh_count; i++) {
+        const certificate_mesh *r = &c->mesh[i];
+        const scene_mesh *m = &b->scene->meshes[r->mesh];
+        if (r->largest <= r->tolerance) {
+            continue;
+        }
+        fprintf(to,
+                "FAILED: mesh %s is off by %.3g in clip %s at %.3f s, frame %d, vertex %d, with %d "
+                "bases of %d bits; the tolerance is %.3g: ",
+                m->name, r->largest, clip_of(b, r), r->when, r->frame, r->vertex, r->bases, r->bits,
+                r->tolerance);
+        fputs(m->bases > 0 && r->bases >= m->bases ? "allow more `bases`, or raise it\n"
+              : r->bases >= (int)WG_BASES_MAX
+                  ? "no shape has more bases: raise it, or split the mesh's motions\n"
+              : r->bits == 8 ? "set `bits: 16`, or raise it\n"
+                             : "raise it\n",
+              to);
+    }
+}
+
+/* ---- JSON ------------------------------------------------------------------------------------- */
+
+static void add_levels(const certificate_mesh *r, bytes *out)
+{
+    put_text(out, "\"levels\": [");
+    for (int k = 0; r->level && k <= r->bases; k++) {
+        put_text(out,
+                 "%s\n      {\"bases\": %d, \"error_max\": %.9g, \"error_rms\": %.9g, \"bytes\": "
+                 "%zu}",
+                 k > 0 ? "," : "", k, r->level[k].largest, r->level[k].rms, r->level[k].bytes);
+    }
+    put_text(out, "]}");
+}
+
+void certificate_json_meshes(const build *b, const certificate *c, bytes *out)
+{
+    static const char *const AFFINE[] = {"none", "affine", "rotation"};
+    put_text(out, "\"picture_ram_bytes\": %zu,\n  \"meshes\": [", c->picture_ram);
+    for (int i = 0; i < c->mesh_count; i++) {
+        const certificate_mesh *r = &c->mesh[i];
+        put_text(out, "%s\n    {", i > 0 ? "," : "");
+        json_name(out, "mesh", b->scene->meshes[r->mesh].name);
+        json_name(out, "clip", clip_of(b, r));
+        put_text(out,
+                 "\"vertices\": %d, \"triangles\": %d, \"bases\": %d, \"bits\": %d, \"whole\": "
+                 "\"%s\", \"bases_at_work\": %d,\n     ",
+                 r->vertices, r->triangles, r->bases, r->bits, AFFINE[r->affine], r->at_work);
+        put_text(out,
+                 "\"error_max\": %.9g, \"error_rms\": %.9g, \"tolerance\": %.9g, \"error_at_s\": "
+                 "%.6f, \"frame\": %d, \"vertex\": %d,\n     ",
+                 r->largest, r->rms, r->tolerance, r->when, r->frame, r->vertex);
+        put_text(out,
+                 "\"bytes\": {\"rest\": %zu, \"bases\": %zu, \"weights\": %zu, \"whole\": %zu, "
+                 "\"normals\": %zu, \"triangles\": %zu},\n     ",
+                 r->rest_bytes, r->basis_bytes, r->weight_bytes, r->affine_bytes, r->normal_bytes,
+                 r->triangle_bytes);
+        add_levels(r, out);
+    }
+    put_text(out, "\n  ]");
+}
