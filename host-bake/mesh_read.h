@@ -105,7 +105,7 @@ int mesh_series_find(const mesh_reader *r, const char *path, mesh_series *out);
 /* The path of file `index`, counted from 0; the caller's. */
 char *mesh_series_path(const char *path, const mesh_series *series, int index);
 
-/* Triangles and parts of r->rest, in ids; closes the way back to its polygons. */
+/* Triangles and parts of r->rest, in ids. */
 int mesh_triangles(mesh_reader *r, mesh *out);
 
 /* Makes vertices of ids: those that coincide in every pose become one; what no triangle with three

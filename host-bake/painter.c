@@ -113,9 +113,7 @@ int painter_open(painter *p, const wg_file *file, const panel *on, wg_size size,
     p->look = PAINTER_LOOK;
     p->memory.vertices = bake_alloc(count, sizeof *p->memory.vertices);
     p->memory.shades = bake_alloc(count, 1);
-    if (on->pixels == PANEL_RGB) { /* firmware/screen.c has no room for them */
-        p->memory.normals = bake_alloc(3 * count, sizeof *p->memory.normals);
-    }
+    p->memory.normals = bake_alloc(3 * count, sizeof *p->memory.normals); /* as CLIP_NORMALS */
     p->memory.weights = bake_alloc((size_t)bases_most(file) + 1, sizeof *p->memory.weights);
     p->pixels = bake_alloc(area, sizeof *p->pixels);
     p->packed = bake_alloc(area, 2);

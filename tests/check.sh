@@ -35,7 +35,7 @@ san="-fsanitize=address,undefined -fno-sanitize-recover=undefined"
 step "format" sh -c 'files=$(find . -path ./build -prune -o -name "*.[ch]" -print -o -name "*.cpp" -print)
     [ -n "$files" ] && clang-format --dry-run -Werror $files'
 step "build host, gcc" make -s WERROR=1 all bake
-for board in null mps2-an386 microbit sifive_e atmega2560; do
+for board in null mps2-an386 microbit sifive_e atmega2560 lm3s6965evb; do
     step "build $board" make -s BOARD=$board WERROR=1 all
     step "pure $board" make -s BOARD=$board pure
 done
@@ -57,17 +57,25 @@ step "fuzz, coverage guided" sh -c 'make -s build/tests/fuzz_open &&
 step "reference decoder, bit for bit" $python tests/reference/test_player_bits.py
 step "arithmetic against mpmath" $python tests/reference/fix_oracle.py
 step "emulated servos" $python tests/test_servo_emulation.py
+step "emulated panels" $python tests/test_display_emulation.py
+step "screens of the emulators" $python tests/test_screens.py
 step "command line" $python tests/test_bake_cli.py
 step "filters, captures, limits" $python tests/test_bake_filters.py
-step "examples bake" sh -c 'mkdir -p build/check && for scene in nod puppet; do
+step "talking face" $python tests/test_bake_face.py
+step "pictures" $python tests/test_bake_pictures.py
+step "window" $python tests/test_view.py
+step "examples bake" sh -c 'mkdir -p build/check && for scene in nod puppet face faerie morph; do
     build/wiggly bake examples/$scene/$scene.yaml -o build/check/$scene.wgl --quiet || exit 1; done
     build/wiggly bake tests/scenes/buses.yaml -o build/check/buses.wgl --quiet'
-step "same bits, every compiler" sh tests/tools/same_bits.sh build/check/nod.wgl build/check/puppet.wgl build/check/buses.wgl
-for clip in nod puppet buses; do
+step "same bits, every compiler" sh tests/tools/same_bits.sh build/check/nod.wgl build/check/puppet.wgl \
+    build/check/buses.wgl build/check/face.wgl build/check/faerie.wgl
+$python tests/tools/clip_source.py tests/vectors/v1_shapes.wgl build/check/shapes
+for clip in nod puppet buses face shapes; do
     step "same bits, every board: $clip" $python tests/test_boards.py build/check/$clip.wgl
 done
 step "budgets" $python tests/tools/budget.py
 step "bytes beside other formats" $python tests/bench/bench_bytes.py --check
+step "shapes beside other formats" $python tests/bench/bench_shapes.py --check
 step "README commands" $python tests/test_readme.py
 
 step "demo" make -s demo

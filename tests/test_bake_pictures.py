@@ -215,11 +215,11 @@ def bayer(n):
 
 
 def panels_show_what_their_bits_can():
-    """Each from the colours of a picture of its size; flat, because a panel's firmware makes no normals."""
+    """Each from the colours of a picture of its size."""
     clip = egg()
     matrix = bayer(8)
     for name, (w, h) in PANELS.items():
-        for more in (("--at", 0.6), ("--at", 0.1, "--view", 1, "--shading", "flat")):
+        for more in (("--at", 0.6), ("--at", 0.1, "--view", 1)):
             shot = picture(clip, "--panel", name, *more)
             colours = picture(clip, "--size", "%dx%d" % (w, h), *more)
             grey = grey_of(colours)[..., None].repeat(3, axis=2)
@@ -234,12 +234,6 @@ def panels_show_what_their_bits_can():
                 lit = (grey[..., 0] + 2) // 4 > numpy.tile(matrix, (h // 8 + 1, w // 8 + 1))[:h, :w]
                 want = lit[..., None].repeat(3, axis=2) * 255
             same(shot, want)
-
-
-def smooth_needs_normals_on_a_panel():
-    clip = egg()
-    same(picture(clip, "--at", 0.6, "--panel", "ssd0323", "--shading", "smooth"),
-         picture(clip, "--at", 0.6, "--panel", "ssd0323", "--shading", "flat"))
 
 
 def usage_errors_name_what_is_wrong():
@@ -292,7 +286,8 @@ def nothing_is_half_written():
 TESTS = (a_moment_is_what_layers_and_triggers_make_of_it, a_picture_is_of_the_second_turn_too, filters_act,
          one_clip_can_be_shown_alone, sheet_covers_a_loop_without_its_end, sheet_covers_a_clip_with_its_end,
          sheet_takes_as_long_as_it_is_told, series_is_numbered_and_timed, view_shading_and_bases_are_chosen,
-         size_is_in_pixels, panels_show_what_their_bits_can, smooth_needs_normals_on_a_panel, usage_errors_name_what_is_wrong, clips_without_meshes_have_curves, nothing_is_half_written)
+         size_is_in_pixels, panels_show_what_their_bits_can, usage_errors_name_what_is_wrong,
+         clips_without_meshes_have_curves, nothing_is_half_written)
 
 
 def main(tests):

@@ -106,7 +106,8 @@ static unsigned outside_count(void)
     return count;
 }
 
-/* The viewer stands in a room of 200: all around is some wall, and walls reach behind the viewer. */
+/* The viewer stands in a room of 200: all around is some wall, and walls reach behind the viewer. The
+ * farthest corner is less than 4 distances away. */
 static void inside_a_room_every_pixel_is_a_wall(void)
 {
     memset(&mesh, 0, sizeof mesh);
@@ -114,7 +115,7 @@ static void inside_a_room_every_pixel_is_a_wall(void)
     open_scene(WG_PERSPECTIVE, WG_SHADING_FLAT);
     for (unsigned i = 0; i < 40; i++) {
         pc_camera c = {dice(-180, 180), dice(-90, 90), dice(-180, 180),
-                       {dice(-30, 30), dice(-30, 30), dice(-30, 30)}, dice(20, 60), dice(15, 60)};
+                       {dice(-8, 8), dice(-8, 8), dice(-8, 8)}, dice(66, 85), dice(30, 66)};
         compare_view(&c, WG_PERSPECTIVE, SIDE * SIDE / 2);
         CHECK(outside_count() > 0);
         for (int p = 0; p < SIDE * SIDE; p++) {
@@ -132,7 +133,7 @@ static void a_cut_wall_has_one_brightness(void)
     pc_box(&mesh, 100, 1);
     open_scene(WG_PERSPECTIVE, WG_SHADING_FLAT);
     for (unsigned i = 0; i < 20; i++) {
-        pc_camera c = {dice(-180, 180), dice(-60, 60), 0, {dice(-30, 30), 0, 0}, 50, 40};
+        pc_camera c = {dice(-180, 180), dice(-60, 60), 0, {dice(-8, 8), 0, 0}, 70, 60};
         pc_look(&scene, &c);
         pm_make(&model, &mesh, &scene, 0);
         scene.picture.view.light[0] = 70;
@@ -195,15 +196,15 @@ static void huge_triangles_are_drawn_right(void)
         for (unsigned i = 0; i < 3; i++) {
             double a = 2.1 * i, b = a + 2, c = a + 4.2;
             pc_part(&mesh);
-            pc_triangle(&mesh, pc_vertex(&mesh, 180 * cos(a), 180 * sin(a), 2 * i),
-                        pc_vertex(&mesh, 180 * cos(b), 180 * sin(b), 2 * i),
-                        pc_vertex(&mesh, 180 * cos(c) + 1, 180 * sin(c), 2 * i));
+            pc_triangle(&mesh, pc_vertex(&mesh, 120 * cos(a), 120 * sin(a), 2 * i),
+                        pc_vertex(&mesh, 120 * cos(b), 120 * sin(b), 2 * i),
+                        pc_vertex(&mesh, 120 * cos(c) + 1, 120 * sin(c), 2 * i));
         }
         mesh.sides = 1;
         open_scene(projection, WG_SHADING_FLAT);
         for (unsigned i = 0; i < 20; i++) {
             pc_camera c = {dice(-60, 60), dice(-60, 60), dice(-180, 180),
-                           {dice(-60, 60), dice(-60, 60), 0}, dice(20, 60), dice(1, 8)};
+                           {dice(-30, 30), dice(-30, 30), 0}, dice(60, 100), dice(1, 8)};
             compare_view(&c, projection, SIDE * SIDE / 2);
             CHECK(outside_count() > 0);
         }

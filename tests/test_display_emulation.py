@@ -76,8 +76,8 @@ def build(folder):
 def glass(header, name):
     """The numbers of a glass that a driver's header names."""
     with open(os.path.join(ROOT, "firmware/device/display", header), encoding="ascii") as f:
-        numbers = re.search(rf"#define {name} +{{(.*)}}", f.read())[1]
-    return [int(number, 0) for number in numbers.split(",")]
+        braces = re.search(rf"#define {name}\b[^{{]*{{([^}}]*)}}", f.read())[1]
+    return [int(number, 0) for number in re.findall(r"\w+", braces)]
 
 
 def steps(function, *arguments):

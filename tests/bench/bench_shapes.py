@@ -8,8 +8,8 @@ message where a package is missing), a bar of 1,000 vertices and a flag of 1,024
 
 1   [Alexa Table 7.1] bytes and posed errors with all, 50, 10, 5 and 3 bases: as floats, and as a clip
     holds them: the levels of detail of one clip baked with as many bases as its tolerance took
-2   bytes a vertex and frame at three tolerances, h/200, h/500 and h/1000 with h the longest side of the
-    first frame: our clip, int16 frames, frames in as few bits as the grid takes, and frames through
+2   bytes a vertex and frame at four tolerances, h/50 to h/1000 with h the longest side of the first
+    frame: our clip, int16 frames, frames in as few bits as the grid takes, and frames through
     meshoptimizer's vertex codec in its best layout (shape_codec.py), also with deflate on top, which
     no longer plays from flash. Codec and bits work on the coarsest uniform grid whose largest error,
     or else whose RMS error, is ours
@@ -22,6 +22,7 @@ out of 2 on both sides; everything else of a clip counts.
     bench_shapes.py --check     bakes at h/500 only; fails if a clip has grown beyond that file
     bench_shapes.py NAME...     only these sequences; writes nothing
 """
+import concurrent.futures
 import csv
 import os
 import sys
@@ -36,11 +37,10 @@ import shape_normals
 import shape_pca
 
 TABLE = os.path.join(shape_clip.ROOT, "tests", "budget", "shapes.csv")
-FINE, COUNTS = (200, 500, 1000), (10 ** 6, 50, 10, 5, 3)
+FINE, COUNTS = (50, 200, 500, 1000), (10 ** 6, 50, 10, 5, 3)
+BASES_MAX = 64
 PARTS = ("bases", "weights", "transforms", "rest", "triangles", "other")
 COLUMNS = ("table", "sequence", "case", "what", "k", "bytes") + PARTS + ("rms", "max", "note")
-# Where one piece of a sequence would need more bases than a clip may have, or more bytes.
-PIECES = {}
 
 
 def row(table, sequence, case, what, **more):
@@ -61,6 +61,7 @@ def float_rows(sequence):
     kinds = {maps: shape_pca.Bases(sequence.frames, maps, True)
              for maps in ("none", "rigid", "affine")}
     best = min(kinds, key=lambda kind: kinds[kind].error(min(10, len(kinds[kind].s)))[1])
+    sequence.needed = {fine: kinds["none"].needed(sequence.height / fine) for fine in FINE}
     kinds["thesis"] = shape_pca.Bases(sequence.frames, "affine", False)
     for what, kind in (("float, as the thesis", "thesis"), ("float, best", best)):
         bases = kinds[kind]
@@ -84,26 +85,25 @@ def clip_level(sequence, clip, count, case):
     rms, largest = clip.error(k)
     return row("7.1" if case.startswith(("k", "all")) else "2", sequence, case, "clip", k=k,
                bytes=sum(sizes.values()) - sizes["triangles"], rms=rms, max=largest,
-               note="%s bits%s" % ("/".join(map(str, clip.bits)), clip.more), **sizes)
+               note="%s bits" % "/".join(map(str, clip.bits)), **sizes)
 
 
 def baked(folder, sequence, fine):
-    """The clip of a tolerance, or None with a message."""
-    pieces = PIECES.get((sequence.name, fine), 1)
-    more = ", pieces: %d" % pieces if pieces > 1 else ""
-    path, said = shape_clip.bake(folder, sequence, sequence.height / fine, more)
-    if path is None:
-        print("%s h/%d: %s" % (sequence.name, fine, said), file=sys.stderr)
-        return None
-    clip = shape_clip.Clip(path, sequence)
-    clip.more = more
-    return clip
+    """(the clip of a tolerance, or None; what the baker said). Not tried when doubles would need more
+    bases than a shape may have."""
+    needed = sequence.needed[fine]
+    if needed > BASES_MAX:
+        return None, "doubles need %d bases, a shape has %d" % (needed, BASES_MAX)
+    path, said = shape_clip.bake(folder, sequence, sequence.height / fine)
+    return (None if path is None else shape_clip.Clip(path, sequence)), said
 
 
 # ---- 2: beside frames ----------------------------------------------------------------------------
 def frame_rows(sequence, lib, clip_row, case):
-    """The other formats at the errors of our clip."""
+    """The other formats at the errors of our clip, as far as it has any."""
     for name, measure in (("max", np.max), ("rms", lambda off: np.sqrt(np.mean(off ** 2)))):
+        if name not in clip_row:
+            continue
         _, grid, off = shape_codec.coarsest(sequence.frames, float(clip_row[name]), measure)
         error = {"rms": float(np.sqrt(np.mean(off ** 2))), "max": float(off.max())}
         size = int(np.ceil(shape_codec.bits_raw(grid) * sequence.count * sequence.vertices / 8))
@@ -116,31 +116,32 @@ def frame_rows(sequence, lib, clip_row, case):
 
 
 def sequence_rows(folder, sequence, lib):
-    rows = list(float_rows(sequence))
+    rows, finest = list(float_rows(sequence)), None
     for fine in FINE:
-        clip = baked(folder, sequence, fine)
+        clip, said = baked(folder, sequence, fine)
         case = "h/%d" % fine
         raw = sequence.count * sequence.vertices * 6
         rows.append(row("2", sequence, case, "int16 frames", bytes=raw))
         if clip is None:
-            stand_in = {"max": sequence.height / fine, "rms": sequence.height / fine / 3}
-            rows += [r for r in frame_rows(sequence, lib, stand_in, case) if "max" in r["what"]]
+            rows.append(row("2", sequence, case, "no clip", note=said))
+            stand_in = {"max": sequence.height / fine}
+            rows += frame_rows(sequence, lib, stand_in, case)
             continue
-        rows.append(clip_level(sequence, clip, 64, case))
+        rows.append(clip_level(sequence, clip, BASES_MAX, case))
         rows += frame_rows(sequence, lib, rows[-1], case)
-        if fine == FINE[-1] or sequence.name in ("faerie", "sydney") and fine == FINE[0]:
-            rows += [clip_level(sequence, clip, k, "all" if k > 50 else "k = %d" % k)
-                     for k in COUNTS if k > 50 or k <= len(clip.shape.bases)]
-    return rows
+        finest = clip
+    if finest:
+        rows += [clip_level(sequence, finest, k, "all" if k > 50 else "k = %d" % k)
+                 for k in COUNTS if k > 50 or k <= len(finest.shape.bases)]
+    return rows + [noise_row(sequence)]
 
 
 def noise_row(sequence):
     """What rounding in the file costs; where nothing was rounded, what it would cost to do so."""
     if not sequence.steps.any():
-        smooth = shape_pca.Bases(sequence.frames, "none", True)
         coarse = shape_pca.Bases(shape_pca.rounded(sequence.frames), "none", True)
-        needed = ["h/%d %d -> %d" % (fine, smooth.needed(sequence.height / fine),
-                                     coarse.needed(sequence.height / fine)) for fine in FINE]
+        needed = ["h/%d %d -> %d" % (fine, sequence.needed[fine],
+                                     coarse.needed(sequence.height / fine)) for fine in FINE[1:]]
         return row("noise", sequence, "", "bases needed, smooth -> rounded to 8 bits",
                    note=", ".join(needed))
     found = shape_pca.noise(sequence)
@@ -165,6 +166,8 @@ def print_71(rows, sequence):
                 100 * r["bytes"] / (sequence.count * sequence.vertices * 12), r["bases"],
                 r["weights"], r["transforms"], r["rest"], percent(r["rms"], sequence),
                 percent(r["max"], sequence)))
+        elif r["table"] == "noise" or r["what"] == "no clip":
+            print("%s %s: %s" % (r["what"], r["case"], r["note"]))
 
 
 def print_2(rows, sequences):
@@ -202,8 +205,9 @@ def check(folder, sequences):
     for sequence in sequences:
         if sequence.name not in budget:
             continue
-        clip = baked(folder, sequence, 500)
-        found = clip_level(sequence, clip, 64, "h/500") if clip else None
+        path, said = shape_clip.bake(folder, sequence, sequence.height / 500)
+        clip = shape_clip.Clip(path, sequence) if path else print(said)
+        found = clip_level(sequence, clip, BASES_MAX, "h/500") if clip else None
         good = (found is not None and found["bytes"] <= budget[sequence.name]
                 and float(found["max"]) <= sequence.height / 500)
         if found:
@@ -227,11 +231,12 @@ def main():
         if lib is None:
             print("skipped the vertex codec: no libmeshoptimizer.so")
         sequences = [s for s in sequences if not names or s.name in names]
-        rows = []
-        for sequence in sequences:
-            rows += sequence_rows(folder, sequence, lib) + [noise_row(sequence)]
-            print_71(rows, sequence)
-            print("%s: %s" % (rows[-1]["what"], rows[-1]["note"]))
+        # threads: the time goes into NumPy, the codec and the baker, which do not hold the interpreter
+        with concurrent.futures.ThreadPoolExecutor(2) as pool:
+            found = list(pool.map(lambda s: sequence_rows(folder, s, lib), sequences))
+        rows = sum(found, [])
+        for sequence, own in zip(sequences, found):
+            print_71(own, sequence)
         print_2(rows, sequences)
     if not names:
         rows += shape_normals.rows(COLUMNS)

@@ -7,8 +7,11 @@
 #define PANEL_HEIGHT  240
 #define PANEL_ALIGN_X 1
 #define PANEL_ALIGN_Y 1
-#define PANEL_ROWS    8
 #define PANEL_HEAD    0
+
+#ifndef PANEL_ROWS
+#define PANEL_ROWS 8
+#endif
 
 #include "../panel_calls.h"
 

@@ -7,8 +7,11 @@
 #define PANEL_HEIGHT  64
 #define PANEL_ALIGN_X 2
 #define PANEL_ALIGN_Y 1
-#define PANEL_ROWS    16
 #define PANEL_HEAD    0
+
+#ifndef PANEL_ROWS
+#define PANEL_ROWS 16
+#endif
 
 #include "../panel_calls.h"
 
