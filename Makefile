@@ -109,8 +109,10 @@ image: $(IMAGE) ## firmware for BOARD with CLIP=x.wgl linked in; FRAMES=n stops 
 run: FRAMES = CLIP_FRAMES
 run: image tools ## plays CLIP=x.wgl once through on the emulator of BOARD
 	@: > $(CLIP_B)/bus.bin # a board without a bus leaves it so
-	@/usr/bin/python3 tests/tools/run_board.py $(BOARD) $(IMAGE) --bus $(CLIP_B)/bus.bin $(RUN)
-	@echo "servo bus: $$(wc -c < $(CLIP_B)/bus.bin) bytes in $(CLIP_B)/bus.bin, beginning with"
+	@rm -f $(CLIP_B)/screen.png
+	@/usr/bin/python3 tests/tools/run_board.py $(BOARD) $(IMAGE) --bus $(CLIP_B)/bus.bin $(DUMP) $(RUN)
+	@test ! -f $(CLIP_B)/screen.png || echo "display at the end: $(CLIP_B)/screen.png"
+	@echo "servo bus: $$(wc -c < $(CLIP_B)/bus.bin) bytes in $(CLIP_B)/bus.bin$$(test ! -s $(CLIP_B)/bus.bin || echo ", beginning with")"
 	@od -An -tx1 -N 96 -w32 $(CLIP_B)/bus.bin
 tools: build/tools/avr_run build/tools/libqemu_roi.so
 build/tools/avr_run: tests/tools/avr_run.c
@@ -142,6 +144,9 @@ SCREEN  := $(if $(filter main.c,$(notdir $(PROGRAM))),$(if $(filter-out none,$(P
 $(IMAGE): $(PROGRAM) $(SCREEN) $(CLIP_C) $(CLIP_B)/clip.h $(HAL_O) $B/libdevice.a $B/libplayer.a FORCE
 	$(CC) $(filter-out -MMD -MP,$(CFLAGS)) $(IMAGE_I) -DBOARD_FRAMES=$(FRAMES) \
 	    $(filter %.c %.o %.a,$^) -Wl,--gc-sections $(LD) -o $@
+# what an emulated board's own display (not one that PANEL= names) shows of a clip that has a view
+DUMP = $(if $(filter file,$(origin PANEL)),$(if $(filter firmware/screen.c,$(SCREEN)),$(shell \
+    grep -q 'CLIP_VIEWS [1-9]' $(CLIP_B)/clip.h && echo --screendump $(CLIP_B)/screen.png)))
 FORCE:
 pure: player device ## player and device need nothing but integer helpers, for BOARD
 	tests/tools/pure.sh $(CROSS)nm $B/libplayer.a $B/libdevice.a
@@ -155,8 +160,8 @@ test-boards: ## every board, emulated, against the host: CLIP=x.wgl
 # ---- the demonstration --------------------------------------------------------------------------
 setup: ## installs what is missing on Debian 12: as root, or through sudo
 	@tests/tools/setup.sh
-demo: setup ## bakes the examples, plays them here and on an emulated Cortex-M4, measures the pulses
-	@$(MAKE) --no-print-directory -s bake
+demo: setup ## bakes the examples, plays them here and on emulated boards, measures pulses and pictures
+	@$(MAKE) --no-print-directory -s bake build/tools/libqemu_roi.so
 	@/usr/bin/python3 tests/tools/demo.py
 
 clean: ## removes build/

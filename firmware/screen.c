@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: MIT */
 #include "screen.h"
 
+#include "fix.h"
 #include "panel.h"
 #include "picture.h"
 
@@ -13,6 +14,10 @@
 #ifndef CLIP_NORMALS
 #define CLIP_NORMALS 0 /* CLIP_VERTICES if some are to be recomputed for every picture */
 #endif
+
+WG_STATIC_ASSERT(PANEL_WIDTH <= WG_SIDE_MAX && PANEL_HEIGHT <= WG_SIDE_MAX);
+/* A band is sent in one go, 2 bytes a pixel at the most, and hal.h counts bytes in 16 bits. */
+WG_STATIC_ASSERT(UINT32_C(2) * PANEL_WIDTH * PANEL_ROWS <= 65535u);
 
 static wg_picture picture;
 static wg_vertex vertices[CLIP_VERTICES + 1]; /* an array of none is not C */

@@ -3,21 +3,33 @@
 #include "certify_parts.h"
 #include "shapes.h"
 
+#include <math.h>
+
 /* wg_picture, about: on a 32-bit processor. */
 #define PICTURE_BYTES 160
 
+/* A tolerance over what bases leave: their share of it is less than all, curves take some. */
+#define ROOM 1.2
+
+/* Rest, each weight and the affine part's products are rounded to about a step of the coordinates:
+ * that many together at the worst vertex. */
+#define FEW_STEPS 4
+
 size_t certify_picture_ram(const build *b)
 {
-    size_t vertices = 0, bases = 0, shaded = 0;
+    size_t vertices = 0, bases = 0, shaded = 0, bare = 0;
     for (int i = 0; b->shapes && i < b->shapes->count; i++) {
         const shape_mesh *m = &b->shapes->mesh[i];
         vertices += (size_t)m->mesh.vertex_count;
         bases = (size_t)m->form.basis_count > bases ? (size_t)m->form.basis_count : bases;
+        bare |= !m->has_normals;
     }
     for (int i = 0; i < b->scene->view_count; i++) {
         shaded |= b->scene->views[i].shading == (int)WG_SHADING_SMOOTH;
     }
-    return vertices == 0 ? 0 : PICTURE_BYTES + (vertices + 1) * (6 + shaded) + 2 * (bases + 1);
+    return vertices == 0 ? 0
+                         : PICTURE_BYTES + (vertices + 1) * (6 + shaded + 6 * (shaded & bare)) +
+                               2 * (bases + 1);
 }
 
 /* ---- for people ------------------------------------------------------------------------------- */
@@ -97,8 +109,9 @@ static void advise_flash(const build *b, const certificate *c, FILE *to)
     }
     fprintf(to,
             "the first %d of %d bases of mesh %s would fit, and be off by up to %.3g: set its "
-            "tolerance to that, or leave out clips\n",
-            k, r->bases, b->scene->meshes[r->mesh].name, r->level[k].largest);
+            "tolerance to %.3g, or leave out clips\n",
+            k, r->bases, b->scene->meshes[r->mesh].name, r->level[k].largest,
+            ROOM * r->level[k].largest);
 }
 
 void certificate_print_target(const build *b, const certificate *c, FILE *to)
@@ -132,6 +145,7 @@ void certificate_print_mesh_failures(const build *b, const certificate *c, FILE 
     for (int i = 0; i < c->mesh_count; i++) {
         const certificate_mesh *r = &c->mesh[i];
         const scene_mesh *m = &b->scene->meshes[r->mesh];
+        double step = ldexp(1, -b->shapes->mesh[i].form.frac);
         if (r->largest <= r->tolerance) {
             continue;
         }
@@ -140,6 +154,11 @@ void certificate_print_mesh_failures(const build *b, const certificate *c, FILE 
                 "bases of %d bits; the tolerance is %.3g: ",
                 m->name, r->largest, clip_of(b, r), r->when, r->frame, r->vertex, r->bases, r->bits,
                 r->tolerance);
+        if (r->tolerance < FEW_STEPS * step) {
+            fprintf(to, "coordinates are stored in steps of %.3g here: raise it to %.3g\n", step,
+                    FEW_STEPS * step);
+            continue;
+        }
         fputs(m->bases > 0 && r->bases >= m->bases ? "allow more `bases`, or raise it\n"
               : r->bases >= (int)WG_BASES_MAX
                   ? "no shape has more bases: raise it, or split the mesh's motions\n"

@@ -4,6 +4,7 @@
 #include "command.h"
 #include "record.h"
 
+#include <math.h>
 #include <stdio.h>
 
 static const char *const KIND[WG_KIND_COUNT] = {"held", "linear", "cubic", "osc",
@@ -55,6 +56,45 @@ static void print_servos(const wg_file *file)
     }
 }
 
+static void print_shapes(const wg_file *file)
+{
+    for (int i = 0; i < file->section[WG_SECTION_SHAPES].count; i++) {
+        const uint8_t *r = record(file, WG_SECTION_SHAPES, i, WG_SHAPE_BYTES);
+        int affine = get16(r + WG_SHAPE_AFFINE);
+        printf("  shape %d: %d vertices, %d bases in %d blocks, steps of %g", i,
+               get16(r + WG_SHAPE_VERTICES), get16(r + WG_SHAPE_BASIS_COUNT),
+               get16(r + WG_SHAPE_BLOCK_COUNT), ldexp(1, -(int8_t)get8(r + WG_SHAPE_FRAC)));
+        if (affine != (int)WG_ABSENT) {
+            printf(", moved by %s ..", clip_name(file, NAME_CHANNEL, affine));
+        }
+        putchar('\n');
+    }
+    for (int i = 0; i < file->section[WG_SECTION_PARTS].count; i++) {
+        const uint8_t *r = record(file, WG_SECTION_PARTS, i, WG_PART_BYTES);
+        const uint8_t *c = r + WG_PART_COLOUR;
+        int normals = get16(r + WG_PART_NORMALS);
+        printf("  part %d: %d triangles of shape %d, colour %d %d %d%s", i,
+               get16(r + WG_PART_TRIANGLES), get16(r + WG_PART_SHAPE), get8(c), get8(c + 1),
+               get8(c + 2), get8(r + WG_PART_SIDES) ? ", both sides" : "");
+        printf(normals == (int)WG_ABSENT ? "\n" : ", normals are shape %d\n", normals);
+    }
+}
+
+static void print_views(const wg_file *file)
+{
+    static const char *const PROJECTION[] = {"perspective", "orthographic"};
+    static const char *const SHADING[] = {"wireframe", "flat", "smooth"};
+    for (int i = 0; i < file->section[WG_SECTION_VIEWS].count; i++) {
+        const uint8_t *r = record(file, WG_SECTION_VIEWS, i, WG_VIEW_BYTES);
+        printf("  view %d: %s, %s,", i, PROJECTION[get8(r + WG_VIEW_PROJECTION)],
+               SHADING[get8(r + WG_VIEW_SHADING)]);
+        for (int k = 0; k < (int)WG_VIEW_CHANNELS; k++) {
+            printf(" %s", clip_name(file, NAME_CHANNEL, get16(r + WG_VIEW_CHANNEL + 2 * k)));
+        }
+        putchar('\n');
+    }
+}
+
 int command_info(int argc, char **argv, bake_error *error)
 {
     option options[] = {{NULL, 0, NULL}};
@@ -78,6 +118,12 @@ int command_info(int argc, char **argv, bake_error *error)
         print_clip(file, i);
     }
     print_servos(file);
+    if (wg_open_shapes(file) < 0) {
+        printf("  its shapes are damaged: no display will show them\n");
+    } else {
+        print_shapes(file);
+        print_views(file);
+    }
     clip_release(&disk);
     return EXIT_DONE;
 }

@@ -134,23 +134,6 @@ void painter_close(painter *p)
     memset(p, 0, sizeof *p);
 }
 
-static void paint_rgb(painter *p, size_t area)
-{
-    const wg_file *file = p->picture.file;
-    const uint8_t *view = record(file, WG_SECTION_VIEWS, p->picture.index, WG_VIEW_BYTES);
-    for (size_t i = 0; i < area; i++) {
-        uint32_t pixel = p->pixels[i];
-        int part = WG_PIXEL_PART(pixel), shade = part ? WG_PIXEL_SHADE(pixel) : 255;
-        const uint8_t *colour =
-            part ? record(file, WG_SECTION_PARTS, part - 1, WG_PART_BYTES) + WG_PART_COLOUR
-                 : view + WG_VIEW_BACKGROUND;
-        for (int c = 0; c < 3; c++) { /* dimmed as pixels.c does it: the panels' source */
-            int value = get8(colour + c) * (shade + (shade >> 7)) >> 8;
-            p->image.rgb[3 * i + (size_t)c] = (uint8_t)value;
-        }
-    }
-}
-
 static void grey(uint8_t *to, int value)
 {
     to[0] = to[1] = to[2] = (uint8_t)value;
@@ -211,7 +194,7 @@ void painter_paint(painter *p, const int32_t *values, painter_look look)
     wg_picture_set(&p->picture, values);
     wg_picture_band(&p->picture, all, p->pixels);
     if (p->panel->pixels == PANEL_RGB) {
-        paint_rgb(p, (size_t)all.x1 * all.y1);
+        wg_pixels_rgb888(&p->picture, all, p->pixels, p->image.rgb);
     } else {
         paint_panel(p, all);
     }

@@ -28,8 +28,8 @@ const panel *panel_at(int index);
 /* -1 and a message that lists them. */
 int panel_find(const char *name, bake_error *error);
 
-/* The device's coordinates reach to 1023 pixels from the upper left corner. */
-#define PAINTER_SIZE_MAX 1000
+/* What the device's coordinates reach: a larger picture would lose its rim. */
+#define PAINTER_SIZE_MAX ((int)WG_SIDE_MAX)
 
 /* How a picture differs from what the view says. Start from PAINTER_LOOK. */
 typedef struct {

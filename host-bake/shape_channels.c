@@ -245,6 +245,24 @@ static void attach_turns(scene *s, shape_mesh *m, double share)
     free(value);
 }
 
+/* Frames that a clip has no time for would be cut off, and a loop would not meet its beginning. */
+static int check_lengths(const scene *s, const shape_mesh *m, bake_error *error)
+{
+    for (int i = 0; i < m->mesh.frames_count; i++) {
+        const mesh_frames *f = &m->mesh.frames[i];
+        const scene_clip *clip = &s->clips[f->clip];
+        double end = shape_frame_time(f, f->count - 1 + shape_loops(s, f));
+        if (clip->duration > 0 && clip->duration < end - 1e-9) {
+            return bake_fail(error,
+                             "%s:%d: clip %s lasts %g s, the frames of mesh %s take %g s: leave "
+                             "out the duration, or show fewer `frames`",
+                             s->path, clip->motions[f->motion].line, clip->name, clip->duration,
+                             s->meshes[m->index].name, end);
+        }
+    }
+    return 0;
+}
+
 /* Many small errors of either sign do not add up but their squares do: each curve gets the curves'
  * share over the root of their number. The certificate measures what comes of it. */
 static int attach(scene *s, shape_mesh *m, bake_error *error)
@@ -255,6 +273,9 @@ static int attach(scene *s, shape_mesh *m, bake_error *error)
     m->channel_first = s->channel_count;
     if (m->frame_count == 0) {
         return 0;
+    }
+    if (check_lengths(s, m, error) < 0) {
+        return -1;
     }
     if (s->channel_count + parts > (int)WG_CHANNELS_MAX) {
         return bake_fail(error,

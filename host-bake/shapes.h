@@ -49,7 +49,7 @@ typedef struct {
     int index; /* scene.meshes */
     mesh mesh;
     shape_aim aim;
-    int stale, tries; /* to be decomposed again, with another aim; how often that happened */
+    int stale, tries;     /* to be decomposed again, with another aim; how often that happened */
     double tolerance;     /* [unit] */
     int frame_count;      /* of all its motions, one behind the other */
     const double **frame; /* a frame: 3 vertex_count, in mesh */

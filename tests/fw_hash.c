@@ -1,9 +1,10 @@
-/* Determinism image: everything the player says about the linked clip, hashed to one number that
- * must be the same on every target, compiler and optimisation level. Builds like firmware/main.c.
+/* Determinism image: everything the player says about the linked clip, and its pictures where memory
+ * allows, hashed to one number that must be the same on every target, compiler and optimisation
+ * level. Builds like firmware/main.c.
  *   logs "hash XXXXXXXX" (FNV-1a, 32 bits, over little-endian bytes) and stops with 0
  * SPDX-License-Identifier: MIT */
 #include "hal.h"
-#include "wiggly.h"
+#include "pixels.h"
 #include "wg_mem.h"
 #include "clip.h"
 
@@ -13,13 +14,24 @@
 #define POSE_TIMES   5u   /* of each clip */
 #define POSE_RANGE   64u  /* vertices at once; or 7, so that ranges start and end anywhere */
 
+#define PICTURE_WIDTH  32u
+#define PICTURE_HEIGHT 24u
+/* What a board of 8 KB has memory for, and then every board: pictures, recomputed normals too. */
+#define PICTURE_RAM    5600u
+#define PICTURES       (UINT32_C(7) * CLIP_VERTICES <= PICTURE_RAM)
+#define NORMALS        (CLIP_NORMALS > 0 && UINT32_C(13) * CLIP_VERTICES <= PICTURE_RAM)
+
 static wg_file file;
 static wg_layer layers[CLIP_LAYERS];
 static wg_player player;
 static int32_t values[CLIP_CHANNELS];
 static int32_t velocities[CLIP_CHANNELS];
 static int16_t weights[WG_BASES_MAX];
-static int32_t xyz[3u * POSE_RANGE];
+static int32_t xyz[3u * POSE_RANGE]; /* of a pose; or a band of pixels */
+static wg_picture picture;
+static wg_vertex vertices[PICTURES ? CLIP_VERTICES + 1u : 1u];
+static uint8_t shades[PICTURES ? CLIP_VERTICES + 1u : 1u];
+static int16_t made[NORMALS ? 3u * CLIP_NORMALS : 1u]; /* normals */
 
 static uint32_t hash_u32(uint32_t hash, uint32_t word)
 {
@@ -140,6 +152,59 @@ static uint32_t hash_shapes(uint32_t hash)
     return hash;
 }
 
+/* Pixels as they are, and as grey ones. */
+static uint32_t hash_band(uint32_t hash, wg_rect rect)
+{
+    uint32_t *pixels = (uint32_t *)xyz;
+    uint16_t count = (uint16_t)((rect.x1 - rect.x0) * (rect.y1 - rect.y0));
+    wg_picture_band(&picture, rect, pixels);
+    for (uint16_t i = 0; i < count; i++) {
+        hash = hash_u32(hash, pixels[i]);
+    }
+    uint32_t bytes = wg_pixels_grey4(&picture, rect, pixels, (uint8_t *)pixels);
+    for (uint32_t i = 0; i < bytes; i++) {
+        hash = hash_u32(hash, ((const uint8_t *)pixels)[i]);
+    }
+    return hash;
+}
+
+/* In bands of 5 lines and then in columns, as many as there is memory for. */
+static uint32_t hash_picture(uint32_t hash)
+{
+    wg_picture_set(&picture, values);
+    for (uint16_t y = 0; y < PICTURE_HEIGHT; y = (uint16_t)(y + 5u)) {
+        uint16_t end = (uint16_t)(y + 5u < PICTURE_HEIGHT ? y + 5u : PICTURE_HEIGHT);
+        const wg_rect rect = {0, y, PICTURE_WIDTH, end};
+        hash = hash_band(hash, rect);
+    }
+    for (uint16_t x = 0; x < PICTURE_WIDTH; x = (uint16_t)(x + 8u)) {
+        const wg_rect rect = {x, 0, (uint16_t)(x + 8u), PICTURE_HEIGHT};
+        hash = hash_band(hash, rect);
+    }
+    return hash;
+}
+
+/* Every view in every shading at a few times of every clip. */
+static uint32_t hash_pictures(uint32_t hash)
+{
+    const wg_picture_memory memory = {vertices, shades, NORMALS ? made : 0, weights};
+    const wg_size size = {PICTURE_WIDTH, PICTURE_HEIGHT};
+    const wg_section *clips = &file.section[WG_SECTION_CLIPS];
+    if (!PICTURES || file.section[WG_SECTION_VIEWS].count == 0) {
+        return hash;
+    }
+    wg_picture_init(&picture, &file, size, &memory);
+    for (uint8_t i = 0; i < 3u * file.section[WG_SECTION_VIEWS].count; i++) { /* <= 48 */
+        uint8_t clip = (uint8_t)(i % clips->count);
+        uint32_t last_us = wg_rd32(clips->at + (uint32_t)clip * WG_CLIP_BYTES + WG_CLIP_US);
+        wg_clip_sample(&file, clip, last_us / 4u * (i % 4u), values, 0);
+        wg_picture_look(&picture, (uint8_t)(i / 3u));
+        picture.shading = (uint8_t)(i % 3u);
+        hash = hash_picture(hash);
+    }
+    return hash;
+}
+
 static void log_hash(uint32_t hash)
 {
     char text[] = "hash 00000000";
@@ -157,7 +222,7 @@ int main(void)
         hal_log("clip refused");
         hal_stop(1);
     }
-    log_hash(hash_shapes(hash_player(hash_clips(UINT32_C(2166136261)))));
+    log_hash(hash_pictures(hash_shapes(hash_player(hash_clips(UINT32_C(2166136261))))));
     hal_stop(0);
     return 0;
 }

@@ -1,16 +1,17 @@
-/* Cost image: every vertex of the linked clip posed, projected and shaded, for an emulator to count.
+/* Cost image: every vertex of the linked clip posed, projected and shaded, for an emulator to
+ * count.
  *   run_board.py BOARD IMAGE --roi cost_every_1    one frame, shades renewed each frame
  *   run_board.py BOARD IMAGE --roi cost_every_2    each second frame, and cost_every_4: each fourth
  *   run_board.py BOARD IMAGE --roi cost_draw       the pixels of one frame, 128 x 64
- * What kind of normals there are is the clip's: a shape of them, or none, so that they are made from
- * the posed triangles [Alexa 7.3.3].
+ * Which normals there are is the clip's affair: a shape of them, or none, so that they are made
+ * from the posed triangles [Alexa 7.3.3].
  * SPDX-License-Identifier: MIT */
 #include "hal.h"
 #include "picture.h"
 #include "clip.h"
 
 #define TICK_US UINT32_C(100000)
-#define FRAMES  8u /* of each kind: whole rounds of 1, 2 and 4 */
+#define FRAMES  4u /* of each kind: whole rounds of 1, 2 and 4 */
 #define WIDTH   128u
 #define HEIGHT  64u
 

@@ -11,13 +11,13 @@
 #include "clip_build.h"
 #include "picture.h"
 
-#define PC_ANGLE    16 /* frac of the angles' channels */
-#define PC_LENGTH   12 /* frac of the lengths' channels */
-#define PC_FRAC     7  /* of the shape */
-#define PC_VERTICES 4096
+#define PC_ANGLE     16 /* frac of the angles' channels */
+#define PC_LENGTH    12 /* frac of the lengths' channels */
+#define PC_FRAC      7  /* of the shape */
+#define PC_VERTICES  4096
 #define PC_TRIANGLES 8192
-#define PC_PARTS    64
-#define PC_SIDE     400 /* pixels at most */
+#define PC_PARTS     64
+#define PC_SIDE      400 /* pixels at most */
 
 /* Corners in units of length and triangles; part[i] is the first triangle of part i. */
 typedef struct {

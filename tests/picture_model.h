@@ -14,7 +14,7 @@ typedef struct {
 } pm_model;
 
 typedef struct {
-    int triangle;  /* -1: background */
+    int triangle; /* -1: background */
     double depth;
     double behind; /* depth of the nearest hit of another part */
 } pm_hit;
@@ -208,7 +208,8 @@ static inline void pm_mark(const pm_model *m, const double *a, const double *b, 
         pm_project(m, p[i], &x[i], &y[i]);
     }
     double dx = x[1] - x[0], dy = y[1] - y[0], length = dx * dx + dy * dy;
-    double low_x = fmax(0, floor(fmin(x[0], x[1]) - reach)), low_y = fmax(0, floor(fmin(y[0], y[1]) - reach));
+    double low_x = fmax(0, floor(fmin(x[0], x[1]) - reach)),
+           low_y = fmax(0, floor(fmin(y[0], y[1]) - reach));
     double high_x = fmin(m->width - 1, fmax(x[0], x[1]) + reach);
     double high_y = fmin(m->height - 1, fmax(y[0], y[1]) + reach);
     for (int j = (int)low_y; j <= high_y; j++) {

@@ -130,7 +130,7 @@ static void compare_views(uint8_t projection)
     open_scene(projection, WG_SHADING_FLAT);
     for (unsigned i = 0; i < 4; i++) {
         pc_camera c = {dice(-180, 180), dice(-90, 90), dice(-40, 40), {dice(-9, 9), dice(-9, 9), 0},
-                       dice(170, 400), dice(70, 120)};
+                       dice(170, 400),  dice(70, 120)};
         compare_view(&c, projection);
     }
     pc_close(&scene);

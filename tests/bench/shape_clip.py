@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Our side of the benchmark of shapes: a sequence baked by build/wiggly, and what the clip holds, by
-the decoder of tests/reference (written from SPEC.md), so that neither the baker's loader nor the
+"""Our side of the benchmark of shapes: a sequence baked by build/wiggly, and what the clip holds,
+by the decoder of tests/reference (written from SPEC.md), so that neither the baker's loader nor the
 player nor the certificate takes part in the figures."""
 import json
 import os
+import shutil
 import subprocess
 import sys
 
@@ -16,7 +17,6 @@ sys.path.insert(0, os.path.join(ROOT, "tests", "reference"))
 import wgl  # noqa: E402
 import wgl_shape  # noqa: E402
 
-WIGGLY = os.path.join(ROOT, "build", "wiggly")
 RECORD = dict(zip(wgl.SECTIONS, wgl.RECORD))
 
 SCENE = """name: %(name)s
@@ -32,6 +32,15 @@ layers:
 %(view)s"""
 
 
+def baker(folder):
+    """A copy for the whole run, so that every figure is of the same one."""
+    own = os.path.join(folder, "wiggly")
+    if not os.path.exists(own):
+        shutil.copy(os.path.join(ROOT, "build", "wiggly"), own + "_")
+        os.rename(own + "_", own)
+    return own
+
+
 def bake(folder, sequence, tolerance, more="", view=""):
     """(path of the clip, certificate), or (None, what the baker said)."""
     stem = os.path.join(folder, sequence.name)
@@ -40,7 +49,7 @@ def bake(folder, sequence, tolerance, more="", view=""):
     with open(stem + ".yaml", "w") as f:
         f.write(SCENE % {"name": sequence.name, "tolerance": tolerance, "more": more,
                          "rate": sequence.rate, "view": view})
-    done = subprocess.run([WIGGLY, "bake", stem + ".yaml", "-o", stem + ".wgl", "--json",
+    done = subprocess.run([baker(folder), "bake", stem + ".yaml", "-o", stem + ".wgl", "--json",
                            stem + ".json", "--quiet"], capture_output=True, text=True)
     if done.returncode != 0:
         return None, done.stderr.strip()
@@ -74,7 +83,7 @@ class Clip:
         return values
 
     def posed(self, bases):
-        """Every frame with the first so many bases, in units of length: SPEC 6.8 on whole arrays."""
+        """Every frame with the first so many bases, in units of length: SPEC 6.8 on arrays."""
         poses = [self.shapes.pose(self.clip.parts[0].shape, v, bases) for v in self.values]
         weights = np.array([p.weights for p in poses], np.int64).reshape(len(poses), -1)
         total = (np.array(self.shape.xyz, np.int64) << 15) + weights @ self.e

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Frames of a mesh through meshoptimizer's vertex codec (libmeshoptimizer, by ctypes), in the best of
-several layouts. Every buffer is decoded again and compared.
+"""Frames of a mesh through meshoptimizer's vertex codec (libmeshoptimizer, by ctypes), in the best
+of several layouts. Every buffer is decoded again and compared.
 
     plain       each frame's vertices one after the other, 8 bytes each, all frames in one buffer
     delta       the same of the differences to the previous frame
-    trajectory  a "vertex" is a moment: 42 real vertices of 6 bytes side by side, so that the codec's own
-                differences run along time
+    trajectory  a "vertex" is a moment: 42 real vertices of 6 bytes side by side, so that the codec's
+                own differences run along time
     spread      the same of the differences to the previous real vertex
 in three orders of the vertices: the file's, the order that triangles fetch them in, along a space-
-filling curve. The codec's differences are bytewise, of the format's version 0. (Second differences in
-time took more in every case.)
+filling curve. The codec's differences are bytewise, of the format's version 0. (Second differences
+in time took more in every case.)
 """
 import ctypes
 import itertools
@@ -104,10 +104,11 @@ def quantised(frames, step):
 
 
 def coarsest(frames, error, measure):
-    """The largest spacing whose error, by `measure` (max, or root mean square), is at most `error`.
-    A vertex is at most half the grid's diagonal off, so sqrt(4/3) error always holds for max; above
-    it the error is not monotone: the finest of 40 steps up to twice that is searched from above."""
-    for step in np.linspace(2.6, 1.0, 65) * error:
+    """(spacing, grid, distances) of the largest spacing found whose error, by `measure`, is at most
+    `error`. Uniform rounding by step / 2 in three axes is at most sqrt(3)/2 step off, and step / 2
+    in the root mean square: so the search goes down from above 2/sqrt(3) and 2 times the error."""
+    from_, to = (1.3, 2 / 3 ** 0.5) if measure is np.max else (2.1, 1.7)
+    for step in np.linspace(from_, to, 17) * error:
         grid, off = quantised(frames, step)
         if measure(off) <= error:
             return step, grid, off

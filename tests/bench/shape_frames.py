@@ -18,8 +18,8 @@ SARGE = "models/players/sarge/lower.md3"
 
 
 class Sequence:
-    """frames: n x m x 3, vertices welded as the baker does; triangles: t x 3; steps: n x 3, the spacing
-    of the coordinates that the file can express, 0 where they are floats."""
+    """frames: n x m x 3, vertices welded as the baker does; triangles: t x 3; steps: n x 3, the
+    spacing of the coordinates that the file can express, 0 where they are floats."""
 
     def __init__(self, name, frames, triangles, **more):
         self.name, self.rate = name, more.get("rate", 30.0)
@@ -41,7 +41,7 @@ class Sequence:
 
 
 def weld(frames, triangles):
-    """Vertices that coincide in every frame are one; degenerate triangles and unused vertices go."""
+    """Vertices that coincide in every frame are one; degenerate triangles, unused vertices go."""
     flat = np.ascontiguousarray(frames.transpose(1, 0, 2).reshape(frames.shape[1], -1))
     _, first, inverse = np.unique(flat, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(first)  # the file's order, not that of the values
@@ -145,8 +145,8 @@ def beam_mode(beta, s):
 
 
 def make_bar(count=400, rings=50, around=20):
-    """A bar of 1,000 vertices, 100 long, that swings in its six lowest bending modes (three a plane)
-    while it turns and travels as a rigid body."""
+    """A bar of 1,000 vertices, 100 long, that swings in its six lowest bending modes (three a
+    plane) while it turns and travels as a rigid body."""
     s = np.repeat(np.linspace(0, 1, rings), around)
     angle = np.tile(np.arange(around) * 2 * math.pi / around, rings)
     rest = np.stack([5 * np.cos(angle), 100 * s, 4 * np.sin(angle)], 1)
@@ -175,13 +175,14 @@ def rotations(about_x, about_y):
 
 
 def make_cloth(count=400, side=32):
-    """A flag of 1,024 vertices and constant length: its tangent's angle is a sum of running waves that
-    grow from the pole and differ with height. It loops."""
+    """A flag of 1,024 vertices and constant length: its tangent's angle is a sum of running waves
+    that grow from the pole and differ with height. It loops."""
     s = np.linspace(0, 1, side)
     t = np.arange(count) * 2 * math.pi / count
     up = np.linspace(-1, 1, side)
     angle = np.zeros((count, side, side))
-    for reach, waves, turns, skew in ((0.5, 1.0, 7, 0.4), (0.3, 1.7, 12, -0.6), (0.12, 2.9, 20, 0.9)):
+    modes = ((0.5, 1.0, 7, 0.4), (0.3, 1.7, 12, -0.6), (0.12, 2.9, 20, 0.9))
+    for reach, waves, turns, skew in modes:
         phase = (2 * math.pi * waves * s[None, None, :] + skew * up[None, :, None]
                  - turns * t[:, None, None])
         angle += reach * np.sqrt(s) * np.sin(phase)

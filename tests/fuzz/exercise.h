@@ -1,11 +1,12 @@
 /* What any bytes must survive: they are made into a clip that gets past the header, opened, and if
  * that succeeds everything a player and the device code can do with it is done. Sanitizers watch
- * the memory, `must` the promises of wiggly.h and servo.h. The same bytes give the same run.
+ * the memory, `must` the promises of wiggly.h, servo.h and picture.h. The same bytes give the same run.
  * SPDX-License-Identifier: MIT */
 #ifndef EXERCISE_H
 #define EXERCISE_H
 
-#include "../clip_build.h"
+#include "exercise_base.h"
+#include "exercise_picture.h"
 #include "dynamixel2.h"
 #include "maestro.h"
 #include "pca9685.h"
@@ -16,26 +17,6 @@
 #define EXERCISE_STEPS  48u    /* actions on the player */
 #define EXERCISE_RANGES 6u     /* of vertices, of each shape at each set of values */
 #define EXERCISE_EVENTS 300u   /* taken after one update at the most */
-
-static void must(int cond)
-{
-    if (!cond) {
-        abort();
-    }
-}
-
-static uint32_t exercise_next(uint32_t *state)
-{
-    *state = *state * 1664525u + 1013904223u;
-    return *state >> 8;
-}
-
-/* Small, huge and in between. */
-static uint32_t exercise_number(uint32_t *state)
-{
-    uint32_t n = exercise_next(state) << 8 ^ exercise_next(state);
-    return n >> (exercise_next(state) & 31u);
-}
 
 static int in_range(int32_t value)
 {
@@ -302,6 +283,7 @@ static int exercise(const uint8_t *data, size_t size)
         must(shapes <= 0 && (shapes == 0 || (shapes <= WG_ERR_SHAPE && shapes >= WG_ERR_VIEW)));
         if (shapes == 0) {
             exercise_shapes(&file, &state);
+            exercise_pictures(&file, &state);
         }
     }
     free(clip);

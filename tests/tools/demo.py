@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""The whole path on the examples: baked, played here and on an emulated Cortex-M4, and measured at
-the far end of the board's servo bus.
+"""The whole path on the examples: baked, played here and on emulated boards, and measured at the
+far end: the servo bus of a Cortex-M4 (nod, puppet), the displays of a Cortex-M3 (faerie, face) and
+of a Cortex-M4 (morph).
 
-    demo.py [NAME...]        nod and puppet
+    demo.py [NAME...]        all of them
 
 Every pulse that the independent decoder finds on the bus is compared with
   (a) the reference player (integers, written from SPEC.md) and the clip's servo map in doubles, and
   (b) the authored curve through the scene's own servo map.
-Exit code 1 when (a) is more than the rounding to a step, or (b) more than the tolerance and that.
+Exit code 1 when (a) is more than the rounding to a step, or (b) more than the tolerance and that,
+or a display shows anything but this machine's picture (demo_screen.py).
 Everything is left in build/demo/NAME; report.txt has what is printed.
 SPDX-License-Identifier: MIT
 """
@@ -21,8 +23,9 @@ from collections import namedtuple
 import yaml
 
 import demo_plot
+import demo_screen
+from demo_run import ROOT, Directory, Failure, run
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "tests/reference"))
 import servo_decode  # noqa: E402
 import wgl  # noqa: E402
@@ -47,18 +50,6 @@ GAIN_ROUNDING = 2.0 ** -15
 Map = namedtuple("Map", "name channel protocol id unit steps centre gain")
 Row = namedtuple("Row", "map played reference_error reference_limit authored authored_error "
                  "authored_limit compared touched")
-
-
-class Failure(Exception):
-    pass
-
-
-def run(command, **options):
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, **options)
-    if done.returncode:
-        raise Failure(f"{' '.join(command)}: exit code {done.returncode}\n"
-                      f"{done.stdout}{done.stderr}")
-    return done
 
 
 # ---- the scene's servo map, read without the baker -----------------------------------------------
@@ -148,19 +139,15 @@ def compare(index, m, played, clip, values, authored, tolerance):
 
 # ---- one example ---------------------------------------------------------------------------------
 
-class Example:
+class Example(Directory):
     def __init__(self, name):
+        super().__init__(name)
         self.name = name
         self.scene = f"examples/{name}/{name}.yaml"
         self.board = None
-        self.directory = os.path.join(ROOT, "build/demo", name)
-        os.makedirs(self.directory, exist_ok=True)
         with open(os.path.join(ROOT, self.scene)) as f:
             scene = yaml.safe_load(f)
         self.maps = [servo_map(scene, servo) for servo in scene["servos"]]
-
-    def path(self, name):
-        return os.path.join(self.directory, name)
 
     def start(self):
         """Bakes, plays here, and starts the board."""
@@ -270,8 +257,8 @@ def last_line(example):
         f"{example.bytes} bytes, worst {parts} from what was authored"
 
 
-def measure_all(examples):
-    """Lines of the report, and whether everything is within its bounds."""
+def measure_servos(examples):
+    """Tables and last lines of the report, and whether everything is within its bounds."""
     lines, ok = [], True
     for example in examples:
         ok = all([passed(row) for row in example.measure()]) and ok
@@ -280,28 +267,38 @@ def measure_all(examples):
         if not example.same_as_host():
             ok = False
             lines.append("  FAILED: `wiggly play` on this machine has other positions")
-    return lines + [last_line(example) for example in examples], ok
+    return lines, [last_line(example) for example in examples], ok
+
+
+def measure_screens(screens):
+    """The same of displays."""
+    ok = all([screen.measure() for screen in screens])
+    return [line for screen in screens for line in screen.table()], \
+        [screen.last_line() for screen in screens], ok
 
 
 def main(names):
-    examples = [Example(name) for name in names]
+    examples = [Example(name) for name in names if name in EXAMPLES]
+    screens = [demo_screen.Screen(name) for name in names if name in demo_screen.SHOWS]
     try:
         for example in examples:
             example.start()
-        lines, ok = measure_all(examples)
+        parts = measure_screens(screens), measure_servos(examples)  # the boards work meanwhile
     finally:
         for example in examples:
             example.finish()
+    lines = parts[1][0] + parts[0][0] + parts[1][1] + parts[0][1]
     with open(os.path.join(ROOT, "build/demo/report.txt"), "w") as f:
         f.write("\n".join(lines) + "\n")
     print("\n".join(lines))
-    return 0 if ok else 1
+    return 0 if all(part[2] for part in parts) else 1
 
 
 if __name__ == "__main__":
-    if not set(sys.argv[1:]) <= set(EXAMPLES):
-        sys.exit("usage: demo.py [" + "|".join(EXAMPLES) + "]...")
+    known = [*EXAMPLES, *demo_screen.SHOWS]
+    if not set(sys.argv[1:]) <= set(known):
+        sys.exit("usage: demo.py [" + "|".join(known) + "]...")
     try:
-        sys.exit(main(sys.argv[1:] or list(EXAMPLES)))
+        sys.exit(main(sys.argv[1:] or known))
     except (Failure, OSError, subprocess.CalledProcessError) as failure:
         sys.exit(f"demo.py: {failure}")

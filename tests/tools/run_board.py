@@ -2,12 +2,13 @@
 """Runs an image on an emulated board: both serial lines into files, the image's exit code as ours.
 
     run_board.py BOARD IMAGE [--bus FILE] [--reply FILE] [--log FILE] [--timeout S]
-                 [--roi FUNCTION] [--screendump FILE.ppm] [-- EMULATOR OPTIONS]
+                 [--roi FUNCTION] [--screendump FILE.ppm|png] [-- EMULATOR OPTIONS]
 
 The emulator's command is the EMULATOR line of boards/BOARD/board.mk. --roi counts instructions
 (QEMU) or cycles (simavr) of every call of a function and prints calls, min, max, total and the
 peak stack. --screendump (QEMU) writes what the display shows when the log says "done"; the machine
-is then ended from outside, with the exit code 0. Exit codes of our own: 124 the image did not stop in time, 125 it could not be run.
+is then ended from outside, with the exit code 0.
+Exit codes of our own: 124 the image did not stop in time, 125 it could not be run.
 SPDX-License-Identifier: MIT
 """
 import argparse
@@ -100,16 +101,22 @@ def run_for_dump(command, log, args, scratch):
         at = command.index("-semihosting-config")
         del command[at:at + 2]
     command[command.index("-monitor") + 1] = f"unix:{path},server=on,wait=off"
+    if os.path.exists(log):
+        os.remove(log)  # an earlier run's "done"
+    kind = " -f png" if args.screendump.endswith(".png") else ""
     with subprocess.Popen(command + ["-action", "watchdog=none"],
                           stdin=subprocess.DEVNULL) as running:
-        done = until_done(log, running, args.timeout)
-        if done:
-            with socket.socket(socket.AF_UNIX) as monitor:
-                monitor.connect(path)
-                monitor.sendall(f"screendump {os.path.abspath(args.screendump)}\nquit\n".encode())
-                while monitor.recv(4096):  # until QEMU hangs up
-                    pass
-        running.kill()
+        try:
+            done = until_done(log, running, args.timeout)
+            if done:
+                with socket.socket(socket.AF_UNIX) as monitor:
+                    monitor.connect(path)
+                    monitor.sendall(f"screendump {os.path.abspath(args.screendump)}{kind}\n"
+                                    "quit\n".encode())
+                    while monitor.recv(4096):  # until QEMU hangs up
+                        pass
+        finally:
+            running.kill()
     if not done:
         print("run_board.py: the log never said done", file=sys.stderr)
     return 0 if done else TIMED_OUT

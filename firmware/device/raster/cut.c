@@ -6,129 +6,124 @@
  *
  * Source: I. E. Sutherland, G. W. Hodgman, Reentrant polygon clipping, CACM 17 (1974).
  * SPDX-License-Identifier: MIT */
-#include <string.h>
+#include <stddef.h>
 
 #include "draw.h"
 #include "fix.h"
 
-#define PLANES 5u
+#define PLANES  5u
 #define CORNERS (3u + PLANES) /* each plane adds one at the most */
 
+/* A spot, and brightness. */
+#define PARTS 4u
 typedef struct {
-    int32_t at[3];
-    uint8_t shade;
-    uint8_t from; /* the triangle's corner that it is; 3: a cut */
-    bool kept;    /* it was projected: inside all planes */
-    bool edge;    /* the edge to the next corner is one of the triangle's, to be drawn */
+    int32_t at[PARTS];
+    const wg_vertex *kept; /* where the view sees it: inside all planes; NULL: not known yet */
+    bool edge;             /* the edge to the next corner is one of the triangle's, to be drawn */
 } corner;
 
 typedef struct {
-    corner at[CORNERS];
-    uint8_t count;
+    corner at[CORNERS + 1u]; /* one more, should rounding ever bend a polygon */
+    unsigned count;
 } polygon;
 
-/* How far inside a plane a spot lies; |spot| <= 2^25, depth times guard < 2^25. */
+/* How far inside a plane a spot lies; |spot| <= 2^24, depth times guard < 2^25. */
 static int32_t inside(const wg_view *view, const corner *c, unsigned plane)
 {
-    int32_t way;
+    int32_t way = c->at[2] * view->guard + view->edge;
     if (plane == 0) {
         way = c->at[2] - (view->distance >> 14); /* 1/16 of it, in quarters of a step */
+    } else if (plane & 1u) {
+        way += c->at[plane >> 1];
     } else {
-        int32_t across = c->at[plane >> 1 & 1u ? 0 : 1];
-        way = c->at[2] * view->guard + view->edge + (plane & 1u ? across : -across);
+        way -= c->at[(plane >> 1) - 1u];
     }
     return c->kept && way < 0 ? 0 : way;
 }
 
-/* The point where the edge from `in`, `way` inside, meets the plane `length` ways on; rounded towards
- * `in`, so that it lies inside too. */
-static corner cut(const corner *in, const corner *out, int32_t way, int32_t length)
+/* Appends the point where the edge from `in`, `way` inside, meets the plane, `length` being the whole
+ * edge's way; rounded towards `in`, so that it lies inside too. */
+static void cut(polygon *p, const corner *in, const corner *out, int32_t way, int32_t length)
 {
-    uint8_t bits = wg_bits((uint32_t)length), down = bits > 15 ? (uint8_t)(bits - 15) : 0;
-    unsigned whole = (unsigned)(length >> down) + (down > 0);
-    uint32_t t_q32 = (uint32_t)(way >> down) * wg_inverse(whole); /* way <= length: below 2^32 */
-    int32_t t = (int32_t)(t_q32 >> 1);
-    corner c = {{0, 0, 0}, 0, 3, false, false};
-    for (unsigned i = 0; i < 3; i++) { /* 2^26 16 2^31 / 2^32 is 8 times the way */
-        int32_t whole_way = fix_shl(out->at[i] - in->at[i], 4);
-        c.at[i] = in->at[i] + fix_round(fix_mulh(whole_way, t), 3);
+    int bits = wg_bits((uint32_t)length);
+    unsigned down = bits > 15 ? (unsigned)bits - 15u : 0;
+    unsigned whole = (unsigned)wg_shr(length, down) + (down > 0);
+    uint32_t t_q32 = (uint32_t)wg_shr(way, down) * wg_inverse(whole); /* way <= length: < 2^32 */
+    corner *c = &p->at[p->count++];
+    for (unsigned i = 0; i < PARTS; i++) { /* 2^25 16 2^31 / 2^32 is 8 times the way */
+        int32_t delta = fix_mulh((out->at[i] - in->at[i]) * 16, (int32_t)(t_q32 >> 1));
+        c->at[i] = in->at[i] + fix_round(delta, 3);
     }
-    int32_t shades = fix_shl((int32_t)out->shade - in->shade, 20);
-    c.shade = (uint8_t)(in->shade + fix_round(fix_mulh(shades, t), 19));
-    return c;
-}
-
-static void add(polygon *p, const corner *c)
-{
-    if (p->count < CORNERS) { /* always so, but for a polygon that rounding has bent */
-        p->at[p->count++] = *c;
-    }
+    c->kept = NULL;
+    c->edge = false;
 }
 
 static void cut_plane(const wg_view *view, const polygon *from, unsigned plane, polygon *to)
 {
     to->count = 0;
-    for (uint8_t i = 0; i < from->count; i++) { /* <= CORNERS */
-        const corner *a = &from->at[i], *b = &from->at[i + 1 < from->count ? i + 1 : 0];
-        int32_t in_a = inside(view, a, plane), in_b = inside(view, b, plane);
-        if (in_a >= 0) {
-            add(to, a);
+    const corner *a = &from->at[from->count - 1];
+    int32_t in_a = inside(view, a, plane);
+    for (const corner *b = from->at; b < from->at + from->count; b++) { /* <= CORNERS */
+        int32_t in_b = inside(view, b, plane);
+        if (to->count >= CORNERS) {
+            return; /* what is left of it lies outside */
         }
         if (in_a >= 0 && in_b < 0) {
-            corner c = cut(a, b, in_a, in_a - in_b);
-            add(to, &c); /* the edge that follows lies in the plane */
+            cut(to, a, b, in_a, in_a - in_b); /* the edge that follows lies in the plane */
         } else if (in_a < 0 && in_b >= 0) {
-            corner c = cut(b, a, in_b, in_b - in_a);
-            c.edge = a->edge;
-            add(to, &c);
+            cut(to, b, a, in_b, in_b - in_a);
+            to->at[to->count - 1].edge = a->edge;
         }
+        if (in_b >= 0) {
+            to->at[to->count++] = *b;
+        }
+        a = b;
+        in_a = in_b;
     }
 }
 
-static void draw_fan(const wg_canvas *canvas, const wg_triangle *triangle, const polygon *p)
+static void draw_fan(const wg_canvas *canvas, wg_triangle *t, polygon *p)
 {
-    wg_triangle t = *triangle;
-    wg_corner at[CORNERS];
-    for (uint8_t i = 0; i < p->count; i++) { /* <= CORNERS */
-        const corner *c = &p->at[i];
-        at[i].at = c->kept ? triangle->corner[c->from].at : wg_view_seen(canvas->view, c->at);
-        at[i].shade = c->shade;
+    wg_vertex seen[CORNERS + 1u];
+    for (unsigned i = 0; i < p->count; i++) {
+        corner *c = &p->at[i];
+        if (!c->kept) {
+            wg_view_seen(canvas->view, c->at, &seen[i]);
+            c->kept = &seen[i];
+        }
     }
-    for (uint8_t i = 1; i + 1 < p->count; i++) {
-        t.corner[0] = at[0];
-        t.corner[1] = at[i];
-        t.corner[2] = at[i + 1];
-        t.edges = (uint8_t)((i == 1 && p->at[0].edge ? 1u : 0) | (p->at[i].edge ? 2u : 0) |
-                            (i + 2 == p->count && p->at[i + 1].edge ? 4u : 0));
-        wg_draw_triangle(canvas, &t);
+    for (unsigned i = 1; i + 1 < p->count; i++) {
+        const corner *c[3] = {&p->at[0], &p->at[i], &p->at[i + 1]};
+        for (unsigned k = 0; k < 3; k++) {
+            t->at[k] = c[k]->kept;
+            t->shade[k] = (uint8_t)c[k]->at[3];
+        }
+        t->edges = (uint8_t)((i == 1 && c[0]->edge ? 1u : 0) | (c[1]->edge ? 2u : 0) |
+                             (i + 2 == p->count && c[2]->edge ? 4u : 0));
+        wg_draw_triangle(canvas, t);
     }
 }
 
 void wg_draw_clipped(const wg_canvas *canvas, const wg_triangle *triangle)
 {
     polygon p[2];
-    int32_t at[3][3], normal[3];
+    int32_t normal[3];
     wg_triangle t = *triangle;
     p[0].count = 3;
     for (unsigned i = 0; i < 3; i++) {
         corner *c = &p[0].at[i];
-        wg_view_spot(canvas->view, &t.corner[i].at, at[i]);
-        memcpy(c->at, at[i], sizeof at[i]);
-        c->shade = t.corner[i].shade;
-        c->from = (uint8_t)i;
-        c->kept = (t.corner[i].at.z & 0x8000u) == 0;
-        c->edge = (unsigned)t.edges >> i & 1u;
+        wg_view_spot(canvas->view, t.at[i], c->at);
+        c->at[3] = t.shade[i];
+        c->kept = t.at[i]->z & 0x8000u ? NULL : t.at[i];
+        c->edge = true;
     }
     for (unsigned i = 0; i < PLANES; i++) {
         cut_plane(canvas->view, &p[i & 1u], i, &p[~i & 1u]);
+        if (p[~i & 1u].count == 0) {
+            return;
+        }
     }
-    const polygon *left = &p[PLANES & 1u];
-    if (left->count < 3) {
-        return;
-    }
-    if (canvas->shading == WG_SHADING_FLAT) {
-        wg_view_face(canvas->view, (const int32_t(*)[3])at, normal);
-        t.normal = normal;
-    }
-    draw_fan(canvas, &t, left);
+    wg_view_face(canvas->view, t.at, normal);
+    t.normal = normal;
+    draw_fan(canvas, &t, &p[PLANES & 1u]);
 }

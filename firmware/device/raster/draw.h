@@ -15,17 +15,20 @@ typedef struct {
     uint8_t sides;   /* 0: the front alone */
 } wg_canvas;
 
-typedef struct {
-    wg_vertex at; /* in the picture: z < 0x8000 */
-    uint8_t shade;
-} wg_corner;
+/* X, Y in the rectangle. */
+static inline uint32_t *wg_canvas_pixel(const wg_canvas *c, uint_fast16_t x, uint_fast16_t y)
+{
+    return c->pixels + (uint32_t)(y - c->rect.y0) * (uint32_t)(c->rect.x1 - c->rect.x0) +
+           (x - c->rect.x0);
+}
 
 /* Edge i leads from corner i to the next one. */
 #define WG_EDGES 7u
 typedef struct {
-    wg_corner corner[3];
-    const int32_t *normal; /* flat shading: of the front; NULL: that of the corners */
-    uint8_t edges;         /* wireframe: bit i = edge i is drawn */
+    const wg_vertex *at[3]; /* in the picture: z < 0x8000 */
+    const int32_t *normal;  /* flat shading: of the front; NULL: that of the corners */
+    uint8_t shade[3];
+    uint8_t edges; /* wireframe: bit i = edge i is drawn */
 } wg_triangle;
 
 /* A quantity that is linear over the picture, modulo 2^32. */
@@ -43,7 +46,7 @@ typedef struct {
 typedef struct {
     wg_rect box; /* the part of the rectangle to look at */
     wg_slope slope[WG_SLOPES];
-    int32_t near_min, near_max, shade_min, shade_max; /* of the corners */
+    uint16_t low[2], high[2]; /* nearness and brightness of the corners */
     uint8_t part;
 } wg_fill;
 

@@ -13,33 +13,28 @@ typedef struct {
     const wg_surface *surface;
     int16_t *normals;
     bool adding;
-    uint8_t bits; /* of the longest component of a normal */
-    int16_t scale;
+    int bits; /* of the longest component of a normal */
+    int scale;
 } pass;
 
 static void triangle_of(pass *p, const uint8_t *corners)
 {
-    int32_t at[3][3], normal[3];
-    uint16_t index[3];
+    const wg_vertex *at[3];
+    int32_t normal[3];
     for (unsigned i = 0; i < 3; i++) {
-        index[i] = wg_rd16(corners + 2u * i);
-        wg_view_spot(p->surface->view, &p->surface->vertices[index[i]], at[i]);
+        at[i] = &p->surface->vertices[wg_rd16(corners + 2u * i)];
     }
-    uint8_t down = wg_view_face(p->surface->view, (const int32_t(*)[3])at, normal);
-    if (!p->adding) {
-        uint32_t all =
-            wg_magnitude(normal[0]) | wg_magnitude(normal[1]) | wg_magnitude(normal[2]);
-        uint8_t bits = (uint8_t)(wg_bits(all) + down);
-        p->bits = bits > p->bits ? bits : p->bits;
-    }
+    int down = wg_view_face(p->surface->view, at, normal);
+    int bits = wg_bits_3(normal) + down;
+    p->bits = bits > p->bits ? bits : p->bits;
     for (unsigned i = 0; i < 3; i++) {
-        int16_t *sum = p->normals + 3u * (uint32_t)index[i];
+        int16_t *sum = p->normals + 3u * (uint32_t)wg_rd16(corners + 2u * i);
         if (!p->adding) {
             sum[0] = (int16_t)(sum[0] + (sum[0] < 32767));
             continue;
         }
         for (unsigned k = 0; k < 3; k++) {
-            int32_t all = sum[k] + wg_scaled(normal[k], (int16_t)(p->scale - down));
+            int32_t all = sum[k] + wg_scaled(normal[k], p->scale - down);
             sum[k] = (int16_t)fix_clamp(all, -32767, 32767);
         }
     }
@@ -73,7 +68,7 @@ void wg_normals_make(const wg_surface *surface, int16_t *normals)
     }
     memset(normals, 0, (size_t)components * sizeof *normals);
     /* (2^n - 1) triangles of at most 2^bits each, over 2^scale: at most 2^15 - 2^(15 - n). */
-    p.scale = (int16_t)(p.bits + wg_bits(around) - 15);
+    p.scale = p.bits + wg_bits(around) - 15;
     p.adding = true;
     all_triangles(&p);
 }

@@ -31,8 +31,7 @@ static bool mesh_find(const wg_file *file, mesh *m)
     for (; m->shape < file->section[WG_SECTION_SHAPES].count; m->shape++) {
         for (uint16_t i = 0; i < file->section[WG_SECTION_PARTS].count; i++) {
             if (wg_rd16(part_of(file, i) + WG_PART_SHAPE) == m->shape) {
-                const uint8_t *shape =
-                    wg_record(file, WG_SECTION_SHAPES, m->shape, WG_SHAPE_BYTES);
+                const uint8_t *shape = wg_record(file, WG_SECTION_SHAPES, m->shape, WG_SHAPE_BYTES);
                 m->count = wg_rd16(shape + WG_SHAPE_VERTICES);
                 return true;
             }
@@ -60,12 +59,6 @@ static uint16_t normals_of(const wg_file *file, uint16_t shape)
     return WG_ABSENT;
 }
 
-static bool is_smooth(const wg_picture *picture, uint16_t shape)
-{
-    return picture->shading == WG_SHADING_SMOOTH && picture->memory.shades &&
-           (picture->memory.normals || normals_of(picture->file, shape) != WG_ABSENT);
-}
-
 void wg_picture_look(wg_picture *picture, uint8_t view)
 {
     const uint8_t *record = wg_record(picture->file, WG_SECTION_VIEWS, view, WG_VIEW_BYTES);
@@ -87,167 +80,161 @@ void wg_picture_init(wg_picture *picture, const wg_file *file, wg_size size,
     wg_picture_look(picture, 0);
 }
 
-/* Pixels that hold vertices, as far as they lie in the picture. One that lies outside the view's
- * limits may belong to a triangle that shows anywhere. */
-static void cover(wg_picture *picture, const wg_vertex *vertices, uint16_t count)
+/* One vertex more. One that lies outside the view's limits may belong to a triangle that shows
+ * anywhere. */
+static void cover(wg_box *box, const wg_vertex *v)
 {
-    wg_rect *c = &picture->covers;
-    for (uint16_t i = 0; i < count; i++) {
-        const wg_vertex *v = &vertices[i];
-        if (v->z & 0x8000u) {
-            wg_rect all = {0, 0, picture->size.width, picture->size.height};
-            *c = all;
-            return;
-        }
-        int32_t x = v->x >> 4, y = v->y >> 4;
-        uint16_t x0 = (uint16_t)fix_clamp(x, 0, picture->size.width);
-        uint16_t y0 = (uint16_t)fix_clamp(y, 0, picture->size.height);
-        uint16_t x1 = (uint16_t)fix_clamp(x + 1, 0, picture->size.width);
-        uint16_t y1 = (uint16_t)fix_clamp(y + 1, 0, picture->size.height);
-        c->x0 = x0 < c->x0 ? x0 : c->x0;
-        c->y0 = y0 < c->y0 ? y0 : c->y0;
-        c->x1 = x1 > c->x1 ? x1 : c->x1;
-        c->y1 = y1 > c->y1 ? y1 : c->y1;
+    bool outside = v->z & 0x8000u;
+    for (unsigned k = 0; k < 2; k++) {
+        int16_t at = k == 0 ? v->x : v->y, low = outside ? 0 : at, high = outside ? INT16_MAX : at;
+        box->low[k] = low < box->low[k] ? low : box->low[k];
+        box->high[k] = high > box->high[k] ? high : box->high[k];
     }
 }
 
-/* Brightness from posed normals. */
-static void light_posed(wg_picture *picture, const mesh *m, const wg_pose *normals)
+/* Poses a range of vertices after the other, and projects or lights them. */
+static void pose_ranges(wg_picture *picture, const mesh *m, const wg_pose *pose, bool normals)
 {
     int32_t xyz[3 * RANGE];
     for (uint32_t i = 0; i < m->count; i += RANGE) {
         uint16_t count = (uint16_t)(m->count - i < RANGE ? m->count - i : RANGE);
-        wg_pose_vertices(normals, (uint16_t)i, count, xyz);
-        wg_view_light(&picture->view, xyz, count, picture->memory.shades + m->first + i);
+        wg_pose_vertices(pose, (uint16_t)i, count, xyz);
+        if (normals) {
+            wg_view_light(&picture->view, xyz, count, picture->memory.shades + m->first + i);
+        } else {
+            wg_vertex *vertices = picture->memory.vertices + m->first + i;
+            wg_view_project(&picture->view, pose->frac, xyz, count, vertices);
+            for (uint16_t k = 0; k < count; k++) {
+                cover(&picture->covers, &vertices[k]);
+            }
+        }
     }
 }
 
 /* Brightness from the frame's triangles. */
 static void light_made(wg_picture *picture, const mesh *m)
 {
-    const wg_surface surface = {picture->file, &picture->view,
-                                picture->memory.vertices + m->first, m->shape, m->count};
-    int16_t *made = picture->memory.normals + 3 * m->first;
-    wg_normals_make(&surface, made);
-    for (uint32_t i = 0; i < m->count; i++) {
-        int32_t normal[3] = {made[3 * i], made[3 * i + 1], made[3 * i + 2]};
-        wg_view_light(&picture->view, normal, 1, picture->memory.shades + m->first + i);
+    const wg_surface surface = {picture->file, &picture->view, picture->memory.vertices + m->first,
+                                m->shape, m->count};
+    const int16_t *made = picture->memory.normals + 3 * m->first;
+    uint8_t *shade = picture->memory.shades + m->first;
+    wg_normals_make(&surface, picture->memory.normals + 3 * m->first);
+    for (uint16_t i = 0; i < m->count; i++, made += 3) {
+        const int32_t normal[3] = {made[0], made[1], made[2]};
+        wg_view_light(&picture->view, normal, 1, shade++);
     }
 }
 
+/* Brightness of a mesh, if there is memory for it. */
 static void light(wg_picture *picture, const int32_t *values, const mesh *m,
                   const wg_pose *positions)
 {
     uint16_t shape = normals_of(picture->file, m->shape);
-    if (shape == WG_ABSENT) {
-        light_made(picture, m);
+    if (!picture->memory.shades || (shape == WG_ABSENT && !picture->memory.normals)) {
         return;
     }
-    wg_pose normals;
-    wg_pose_init(&normals, picture->file, (uint8_t)shape, picture->memory.weights);
-    wg_pose_set_normals(&normals, values, picture->bases, positions);
-    light_posed(picture, m, &normals);
-}
-
-static void project(wg_picture *picture, const mesh *m, const wg_pose *pose)
-{
-    int32_t xyz[3 * RANGE];
-    wg_vertex *vertices = picture->memory.vertices + m->first;
-    for (uint32_t i = 0; i < m->count; i += RANGE) {
-        uint16_t count = (uint16_t)(m->count - i < RANGE ? m->count - i : RANGE);
-        wg_pose_vertices(pose, (uint16_t)i, count, xyz);
-        wg_view_project(&picture->view, pose->frac, xyz, count, vertices + i);
-        cover(picture, vertices + i, count);
+    picture->lit |= (uint16_t)(1u << m->shape);
+    if (shape == WG_ABSENT) {
+        light_made(picture, m);
+    } else {
+        wg_pose normals;
+        wg_pose_init(&normals, picture->file, (uint8_t)shape, picture->memory.weights);
+        wg_pose_set_normals(&normals, values, picture->bases, positions);
+        pose_ranges(picture, m, &normals, true);
     }
 }
 
 void wg_picture_set(wg_picture *picture, const int32_t *values)
 {
-    const wg_rect none = {picture->size.width, picture->size.height, 0, 0};
     bool smooth = picture->shading == WG_SHADING_SMOOTH;
-    bool renew = smooth && picture->frame == 0;
+    bool renew = picture->frame == 0 || picture->frame >= picture->normals_every;
     mesh m = {0, 0, 0};
     picture->covered = picture->covers;
-    picture->covers = none;
-    picture->fresh = picture->fresh > 0 ? (uint8_t)(picture->fresh - 1) : 0;
+    for (unsigned k = 0; k < 2; k++) { /* nothing */
+        picture->covers.low[k] = INT16_MAX;
+        picture->covers.high[k] = INT16_MIN;
+    }
+    picture->lit = smooth && !renew ? picture->lit : 0;
+    picture->fresh = (uint8_t)(picture->fresh >> 1);
     wg_view_set(&picture->view, picture->file, picture->index, values, picture->size);
     for (; mesh_find(picture->file, &m); mesh_next(&m)) { /* <= WG_SHAPES_MAX */
         wg_pose pose;
         wg_pose_init(&pose, picture->file, (uint8_t)m.shape, picture->memory.weights);
         wg_pose_set(&pose, values, picture->bases, &picture->view.camera);
-        project(picture, &m, &pose);
-        if (renew && is_smooth(picture, m.shape)) {
+        pose_ranges(picture, &m, &pose, false);
+        if (smooth && renew) {
             light(picture, values, &m, &pose);
         }
     }
-    picture->frame = (uint8_t)(smooth && picture->frame + 1 < picture->normals_every
-                                   ? picture->frame + 1
-                                   : 0);
+    picture->frame = (uint8_t)(!smooth ? 0 : renew ? 1 : picture->frame + 1);
 }
 
-/* The smallest multiple of `unit` from `a` on, but not above `most`. */
-static uint16_t round_up(uint16_t a, uint16_t unit, uint16_t most)
+/* The pixels that hold points of either frame along an axis, moved out to multiples of `unit` and cut
+ * to 0 .. most. */
+static void axis_of(const wg_picture *picture, unsigned axis, uint16_t unit, uint16_t *from,
+                    uint16_t *to)
 {
-    uint32_t up = unit > 1 ? (a + (uint32_t)unit - 1) / unit * unit : a;
-    return (uint16_t)(up > most ? most : up);
+    const wg_box *a = &picture->covers, *b = &picture->covered;
+    int32_t low = a->low[axis] < b->low[axis] ? a->low[axis] : b->low[axis];
+    int32_t high = a->high[axis] > b->high[axis] ? a->high[axis] : b->high[axis];
+    int32_t most = *to, step = unit > 0 ? unit : 1;
+    low = fix_clamp(low >> 4, 0, most) / step * step;
+    high = (fix_clamp((high >> 4) + 1, 0, most) + step - 1) / step * step;
+    *from = (uint16_t)low;
+    *to = (uint16_t)(high > most ? most : high);
 }
 
 wg_rect wg_picture_dirty(const wg_picture *picture, wg_size align)
 {
-    const wg_rect *a = &picture->covers, *b = &picture->covered;
     wg_rect r = {0, 0, picture->size.width, picture->size.height};
-    if (picture->fresh > 0) {
-        return r;
+    if (picture->fresh == 0) {
+        axis_of(picture, 0, align.width, &r.x0, &r.x1);
+        axis_of(picture, 1, align.height, &r.y0, &r.y1);
+        if (r.x0 >= r.x1 || r.y0 >= r.y1) {
+            memset(&r, 0, sizeof r);
+        }
     }
-    r.x0 = a->x0 < b->x0 ? a->x0 : b->x0;
-    r.y0 = a->y0 < b->y0 ? a->y0 : b->y0;
-    r.x1 = a->x1 > b->x1 ? a->x1 : b->x1;
-    r.y1 = a->y1 > b->y1 ? a->y1 : b->y1;
-    if (r.x0 >= r.x1 || r.y0 >= r.y1) {
-        const wg_rect nothing = {0, 0, 0, 0};
-        return nothing;
-    }
-    r.x0 = (uint16_t)(r.x0 - (align.width > 1 ? r.x0 % align.width : 0));
-    r.y0 = (uint16_t)(r.y0 - (align.height > 1 ? r.y0 % align.height : 0));
-    r.x1 = round_up(r.x1, align.width, picture->size.width);
-    r.y1 = round_up(r.y1, align.height, picture->size.height);
     return r;
 }
 
-/* Whether none of the rows of the rectangle holds a point of the triangle: on bands of few rows that
- * is what most triangles are looked at for. */
-static bool misses(const wg_triangle *t, const wg_rect *rect)
+/* Whether a triangle may touch the rows top .. bottom, in 1/16 pixel. It does not if its corners' ways
+ * from one of them have one sign: on bands of few rows, most triangles are looked at for that alone. */
+static bool reaches(const wg_triangle *t, int_fast16_t top, int_fast16_t bottom)
 {
-    int16_t a = t->corner[0].at.y >> 4, b = t->corner[1].at.y >> 4, c = t->corner[2].at.y >> 4;
-    int16_t y0 = (int16_t)rect->y0, y1 = (int16_t)rect->y1;
-    return (a < y0 && b < y0 && c < y0) || (a >= y1 && b >= y1 && c >= y1);
+    const wg_vertex *a = t->at[0], *b = t->at[1], *c = t->at[2];
+    return (((a->y - top) & (b->y - top) & (c->y - top)) |
+            ((bottom - a->y) & (bottom - b->y) & (bottom - c->y))) >= 0;
+}
+
+static bool reaches_outside(const wg_triangle *t)
+{
+    return (t->at[0]->z | t->at[1]->z | t->at[2]->z) & 0x8000u;
 }
 
 static void draw_part(const wg_picture *picture, const wg_canvas *canvas, const uint8_t *part,
                       uint32_t first)
 {
     const wg_vertex *vertices = picture->memory.vertices + first;
-    const uint8_t *shades = picture->memory.shades ? picture->memory.shades + first : NULL;
-    const uint8_t *at =
-        picture->file->section[WG_SECTION_DATA].at + wg_rd32(part + WG_PART_DATA);
-    uint16_t count = wg_rd16(part + WG_PART_TRIANGLES);
+    const uint8_t *at = picture->file->section[WG_SECTION_DATA].at + wg_rd32(part + WG_PART_DATA);
+    const uint8_t *shades =
+        canvas->shading == WG_SHADING_SMOOTH ? picture->memory.shades + first : NULL;
+    const int_fast16_t top = 16 * (int_fast16_t)canvas->rect.y0;
+    const int_fast16_t bottom = 16 * (int_fast16_t)canvas->rect.y1 - 1;
     wg_triangle t;
-    t.normal = NULL;
+    memset(&t, 0, sizeof t);
     t.edges = WG_EDGES;
-    for (; count > 0; count--, at += WG_TRIANGLE_BYTES) {
-        uint16_t index[3], z = 0;
-        for (unsigned k = 0; k < 3; k++) {
-            index[k] = wg_rd16(at + 2u * k);
-            t.corner[k].at = vertices[index[k]];
-            z |= t.corner[k].at.z;
-        }
-        if ((z & 0x8000u) == 0 && misses(&t, &canvas->rect)) {
+    for (uint16_t n = wg_rd16(part + WG_PART_TRIANGLES); n > 0; n--, at += WG_TRIANGLE_BYTES) {
+        t.at[0] = vertices + wg_rd16(at);
+        t.at[1] = vertices + wg_rd16(at + 2);
+        t.at[2] = vertices + wg_rd16(at + 4);
+        bool outside = reaches_outside(&t);
+        if (!outside && !reaches(&t, top, bottom)) {
             continue;
         }
-        for (unsigned k = 0; k < 3; k++) {
-            t.corner[k].shade = shades ? shades[index[k]] : 255;
+        for (unsigned k = 0; k < 3 && shades; k++) {
+            t.shade[k] = shades[wg_rd16(at + 2u * k)];
         }
-        if (z & 0x8000u) {
+        if (outside) {
             wg_draw_clipped(canvas, &t);
         } else {
             wg_draw_triangle(canvas, &t);
@@ -264,7 +251,7 @@ void wg_picture_band(const wg_picture *picture, wg_rect rect, uint32_t *pixels)
     memset(pixels, 0, (size_t)count * sizeof *pixels);
     for (; mesh_find(file, &m); mesh_next(&m)) { /* <= WG_SHAPES_MAX */
         canvas.shading = picture->shading;
-        if (canvas.shading == WG_SHADING_SMOOTH && !is_smooth(picture, m.shape)) {
+        if (canvas.shading == WG_SHADING_SMOOTH && ((unsigned)picture->lit >> m.shape & 1u) == 0) {
             canvas.shading = WG_SHADING_FLAT;
         }
         for (uint16_t i = 0; i < file->section[WG_SECTION_PARTS].count; i++) {

@@ -43,18 +43,24 @@ typedef struct {
     int16_t *weights;
 } wg_picture_memory;
 
+/* Of all vertices, 1/16 pixel; both ends belong to it. */
+typedef struct {
+    int16_t low[2], high[2]; /* x, y */
+} wg_box;
+
 typedef struct {
     const wg_file *file;
     wg_picture_memory memory;
     wg_view view;
     wg_size size;
-    wg_rect covers, covered; /* this frame's vertices and the last one's */
-    uint16_t bases;          /* level of detail: how many bases of each shape count */
-    uint8_t index;           /* the view */
-    uint8_t shading;         /* WG_SHADING_*, from the view */
-    uint8_t normals_every;   /* shades are renewed every so many frames: 1 */
-    uint8_t frame;           /* frames since they were */
-    uint8_t fresh;           /* nothing has been drawn yet: everything is dirty */
+    wg_box covers, covered; /* this frame's vertices and the last one's */
+    uint16_t bases;         /* level of detail: how many bases of each shape count */
+    uint16_t lit;           /* bit i: shape i's vertices have a brightness */
+    uint8_t index;          /* the view */
+    uint8_t shading;        /* WG_SHADING_*, from the view */
+    uint8_t normals_every;  /* shades are renewed every so many frames: 1 */
+    uint8_t frame;          /* frames since they were */
+    uint8_t fresh;          /* not 0: nothing of this view has been sent yet, all is dirty */
 } wg_picture;
 
 /* View 0, all bases, the view's shading. Change `bases`, `shading`, `normals_every` afterwards at

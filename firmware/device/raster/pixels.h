@@ -2,9 +2,10 @@
  *   pixels   what wg_picture_band wrote for `rect`
  *   out      the bytes; may be the same memory as `pixels`
  *   returns  how many bytes
- * A pixel's colour is its part's colour times its brightness, or the view's background; grey is
- * (77 red + 150 green + 29 blue) >> 8 of it. Monochrome dithers with the 8 x 8 ordered matrix
- * [Bayer], by the pixel's place in the picture: the same dots in every rectangle.
+ * A pixel of brightness s has (c (s + (s >> 7))) >> 8 of its part's red, green and blue c, or the
+ * view's background; the grey of a colour is (77 red + 150 green + 29 blue) >> 8 and dimmed likewise.
+ * Monochrome dithers with the 8 x 8 ordered matrix [Bayer], by the pixel's place in the picture: the
+ * same dots in every rectangle.
  * SPDX-License-Identifier: MIT */
 #ifndef WIGGLY_PIXELS_H
 #define WIGGLY_PIXELS_H
@@ -28,6 +29,9 @@ uint32_t wg_pixels_grey4(const wg_picture *picture, wg_rect rect, const uint32_t
                          uint8_t *out);
 /* 16 bits, high byte first (ST7789, ILI9341). */
 uint32_t wg_pixels_rgb565(const wg_picture *picture, wg_rect rect, const uint32_t *pixels,
+                          uint8_t *out);
+/* 24 bits: red, green, blue. */
+uint32_t wg_pixels_rgb888(const wg_picture *picture, wg_rect rect, const uint32_t *pixels,
                           uint8_t *out);
 
 #ifdef __cplusplus

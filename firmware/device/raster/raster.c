@@ -13,90 +13,84 @@
  * Source: J. Pineda, A parallel algorithm for polygon rasterization, SIGGRAPH 1988; the integer
  * arithmetic is own.
  * SPDX-License-Identifier: MIT */
-#include <string.h>
-
 #include "draw.h"
 #include "fix.h"
 
-/* Corners 1 and 2 seen from corner 0, as all slopes of a triangle need them. */
+/* Edges of the triangle, from corner i to the next, and its area. */
 typedef struct {
-    int32_t x[2], y[2]; /* 2^bits / 16 pixel, below 2^30 */
-    wg_ratio inverse;   /* of twice the area, 1/256 pixel */
-    uint8_t bits;
-} span;
+    int32_t x[3], y[3]; /* 1/16 pixel */
+    int32_t area;       /* twice, 1/256 pixel: positive for the front; <= 2 32766^2 < 2^31 */
+    wg_ratio over;      /* 1 / area */
+} outline;
 
-/* Twice the area in 1/256 pixel: positive for the front. |area| <= 2 32766^2 < 2^31. */
-static int32_t area_of(const wg_triangle *t)
+static void outline_set(outline *o, const wg_vertex *const *at)
 {
-    const wg_vertex *a = &t->corner[0].at, *b = &t->corner[1].at, *c = &t->corner[2].at;
-    return ((int32_t)c->x - a->x) * ((int32_t)b->y - a->y) -
-           ((int32_t)b->x - a->x) * ((int32_t)c->y - a->y);
+    for (unsigned i = 0; i < 3; i++) {
+        const wg_vertex *to = at[i < 2 ? i + 1 : 0];
+        o->x[i] = (int32_t)to->x - at[i]->x;
+        o->y[i] = (int32_t)to->y - at[i]->y;
+    }
+    o->area = o->x[0] * o->y[2] - o->x[2] * o->y[0];
 }
 
-static int16_t least(int16_t a, int16_t b)
+/* Lowest and highest of three values. */
+typedef struct {
+    int32_t low, high;
+} range;
+
+static range range_of(const int32_t *v)
 {
-    return a < b ? a : b;
+    range r = {v[0], v[0]};
+    for (unsigned i = 1; i < 3; i++) {
+        r.low = v[i] < r.low ? v[i] : r.low;
+        r.high = v[i] > r.high ? v[i] : r.high;
+    }
+    return r;
 }
 
-static int16_t most(int16_t a, int16_t b)
+/* Of from .. to - 1, the pixels that hold points of a triangle with corners at `v`; whether any. */
+static bool pixels_of(const int32_t *v, uint16_t from, uint16_t to, uint16_t *box)
 {
-    return a > b ? a : b;
+    range r = range_of(v);
+    int32_t low = r.low >> 4, high = (r.high >> 4) + 1;
+    low = low > from ? low : from;
+    high = high < to ? high : to;
+    box[0] = (uint16_t)low;
+    box[1] = (uint16_t)high;
+    return low < high;
 }
 
-/* The pixels of the rectangle that the triangle may touch: those that hold a point of its box. */
-static bool box_of(const wg_triangle *t, const wg_rect *rect, wg_rect *box)
+static bool box_set(wg_rect *box, const wg_vertex *const *at, const wg_rect *rect)
 {
-    const wg_vertex *a = &t->corner[0].at, *b = &t->corner[1].at, *c = &t->corner[2].at;
-    int16_t y0 = least(a->y, least(b->y, c->y)) >> 4, y1 = most(a->y, most(b->y, c->y)) >> 4;
-    int16_t x0 = least(a->x, least(b->x, c->x)) >> 4, x1 = most(a->x, most(b->x, c->x)) >> 4;
-    if (y1 < (int16_t)rect->y0 || y0 >= (int16_t)rect->y1 || x1 < (int16_t)rect->x0 ||
-        x0 >= (int16_t)rect->x1) {
+    const int32_t x[3] = {at[0]->x, at[1]->x, at[2]->x}, y[3] = {at[0]->y, at[1]->y, at[2]->y};
+    uint16_t column[2], row[2];
+    if (!pixels_of(x, rect->x0, rect->x1, column) || !pixels_of(y, rect->y0, rect->y1, row)) {
         return false;
     }
-    box->x0 = (uint16_t)most(x0, (int16_t)rect->x0);
-    box->y0 = (uint16_t)most(y0, (int16_t)rect->y0);
-    box->x1 = (uint16_t)least((int16_t)(x1 + 1), (int16_t)rect->x1);
-    box->y1 = (uint16_t)least((int16_t)(y1 + 1), (int16_t)rect->y1);
+    box->x0 = column[0];
+    box->y0 = row[0];
+    box->x1 = column[1];
+    box->y1 = row[1];
     return true;
 }
 
-/* The edge from a to b. A left edge (b lower) or a top one (b to the left at the same height) owns
+/* The function of the edge from a. A left edge (it goes down) or a top one (to the left, level) owns
  * the centres on it; for the others they lie just outside. */
-static wg_slope edge_of(const wg_vertex *a, const wg_vertex *b, const wg_rect *box)
+static void edge_set(wg_slope *s, const wg_vertex *a, const wg_rect *box, int32_t dx, int32_t dy)
 {
-    int32_t dx = (int32_t)b->x - a->x, dy = (int32_t)b->y - a->y;
     int32_t x = 16 * (int32_t)box->x0 + 8 - a->x, y = 16 * (int32_t)box->y0 + 8 - a->y;
-    int32_t at = x * dy - y * dx;
     bool owns = dy > 0 || (dy == 0 && dx < 0);
-    wg_slope s = {(uint32_t)(owns ? at : at - 1), (uint32_t)(16 * dy), (uint32_t)(-16 * dx)};
-    return s;
+    s->at = (uint32_t)(x * dy - y * dx - !owns);
+    s->column = (uint32_t)(16 * dy);
+    s->row = (uint32_t)(-16 * dx);
 }
 
-static span span_of(const wg_triangle *t, int32_t area)
+/* (d1 a0 + d0 a1) / area, Q15 a pixel, of d in Q5 times 2^up, below 2^30, and a in 1/16 pixel. */
+static uint32_t quotient(const int32_t *d, int32_t a0, int32_t a1, const wg_ratio *over)
 {
-    span s;
-    uint32_t all = 0;
-    for (unsigned i = 0; i < 2; i++) {
-        s.x[i] = (int32_t)t->corner[i + 1].at.x - t->corner[0].at.x;
-        s.y[i] = (int32_t)t->corner[i + 1].at.y - t->corner[0].at.y;
-        all |= wg_magnitude(s.x[i]) | wg_magnitude(s.y[i]);
-    }
-    s.bits = (uint8_t)(30 - wg_bits(all));
-    for (unsigned i = 0; i < 2; i++) {
-        s.x[i] = fix_shl(s.x[i], s.bits);
-        s.y[i] = fix_shl(s.y[i], s.bits);
-    }
-    s.inverse = wg_ratio_inverse((uint32_t)area);
-    return s;
-}
-
-/* (d1 a0 - d0 a1) / area, Q15 a pixel, of d in Q5 times 2^up, below 2^30 like a. */
-static uint32_t quotient(const span *s, const int32_t *d, const int32_t *a, uint8_t up)
-{
-    int32_t top = fix_sub(fix_mulh(d[1], a[0]), fix_mulh(d[0], a[1])); /* < 2^29 */
-    top = fix_mulh(fix_shl(top, 2), s->inverse.m);
-    /* 32 and 30 for what these two lines leave out; 10 from Q5 to Q15; 4 from 1/16 pixels. */
-    return (uint32_t)wg_scaled(top, (int16_t)(s->inverse.bits + s->bits + up - 32 - 30 - 10 - 4));
+    /* Each product is below 2^60, their sum over 2^32 below 2^29. */
+    int32_t top = fix_mulh(d[1], a0 * 32768) + fix_mulh(d[0], a1 * 32768);
+    return (uint32_t)wg_ratio_mul(fix_shl(top, 2), over);
 }
 
 /* A way of so many 1/16 pixels at `a` a pixel. Whole pixels count exactly, wherever it starts. */
@@ -106,23 +100,26 @@ static uint32_t along(uint32_t a, int32_t way)
     return a * (uint32_t)(way >> 4) + rest;
 }
 
-/* The slope of a quantity that has these values, Q5 below 2^21, in the corners. */
-static wg_slope slope_of(const span *s, const wg_vertex *corner, const wg_rect *box,
-                         const int32_t *values)
+/* What has these values, Q5 below 2^21, in the corners. */
+static void slope_set(wg_slope *s, const outline *o, const wg_vertex *corner, const wg_rect *box,
+                      const int32_t *values)
 {
-    wg_slope g = {(uint32_t)values[0] << 10, 0, 0};
     int32_t d[2] = {values[1] - values[0], values[2] - values[0]};
     uint32_t all = wg_magnitude(d[0]) | wg_magnitude(d[1]);
-    if (all > 0) {
-        uint8_t up = (uint8_t)(30 - wg_bits(all));
-        d[0] = fix_shl(d[0], up);
-        d[1] = fix_shl(d[1], up);
-        g.column = quotient(s, d, s->y, up);
-        g.row = 0u - quotient(s, d, s->x, up);
-        g.at += along(g.column, 16 * (int32_t)box->x0 + 8 - corner->x);
-        g.at += along(g.row, 16 * (int32_t)box->y0 + 8 - corner->y);
+    s->at = (uint32_t)values[0] << 10;
+    s->column = s->row = 0;
+    if (all == 0) {
+        return;
     }
-    return g;
+    int up = 30 - wg_bits(all);
+    wg_ratio over = o->over;
+    over.bits += up - 29; /* 32 - 15 - 2 as above, then Q5 to Q15, and 16 */
+    d[0] = fix_shl(d[0], (unsigned)up);
+    d[1] = fix_shl(d[1], (unsigned)up);
+    s->column = quotient(d, o->y[0], o->y[2], &over);
+    s->row = 0u - quotient(d, o->x[0], o->x[2], &over);
+    s->at += along(s->column, 16 * (int32_t)box->x0 + 8 - corner->x) +
+             along(s->row, 16 * (int32_t)box->y0 + 8 - corner->y);
 }
 
 /* Nearness at a depth in steps, Q5: 1 or more. */
@@ -135,82 +132,44 @@ static int32_t nearness(const wg_view *view, uint16_t z)
     return fix_mulh((int32_t)(view->nearness << 5), (int32_t)wg_inverse(z));
 }
 
-static void limits_of(const int32_t *values, int32_t *low, int32_t *high)
+/* The brightness of a face, seen from the front or from behind. */
+static uint8_t face_shade(const wg_canvas *canvas, const wg_triangle *t, bool back)
 {
-    *low = *high = values[0];
-    for (unsigned i = 1; i < 3; i++) {
-        *low = values[i] < *low ? values[i] : *low;
-        *high = values[i] > *high ? values[i] : *high;
-    }
-    *low >>= 5;
-    *high >>= 5;
-}
-
-/* Brightness in the corners, Q5. */
-static void shade_corners(const wg_canvas *canvas, const wg_triangle *t, bool back, int32_t *values)
-{
-    int32_t at[3][3], normal[3];
-    const int32_t *front = t->normal;
-    for (unsigned i = 0; i < 3; i++) {
-        values[i] = (int32_t)t->corner[i].shade * 32;
-    }
-    if (canvas->shading != WG_SHADING_FLAT) {
-        return;
-    }
-    if (!front) {
-        for (unsigned i = 0; i < 3; i++) {
-            wg_view_spot(canvas->view, &t->corner[i].at, at[i]);
-        }
-        wg_view_face(canvas->view, (const int32_t(*)[3])at, normal);
-    } else {
-        memcpy(normal, front, sizeof normal);
-    }
-    for (unsigned i = 0; i < 3 && back && front; i++) {
-        normal[i] = -normal[i];
-    }
+    int32_t normal[3];
     uint8_t shade;
+    const int32_t *front = t->normal;
+    if (!front) {
+        wg_view_face(canvas->view, t->at, normal);
+        front = normal;
+    }
+    for (unsigned i = 0; i < 3; i++) {
+        normal[i] = back ? -front[i] : front[i];
+    }
     wg_view_light(canvas->view, normal, 1, &shade);
-    values[0] = values[1] = values[2] = (int32_t)shade * 32;
+    return shade;
 }
 
 uint32_t wg_near(const wg_fill *fill, uint32_t near)
 {
-    return (uint32_t)fix_clamp((int32_t)near >> 15, fill->near_min, fill->near_max);
+    return (uint32_t)fix_clamp((int32_t)near >> 15, fill->low[0], fill->high[0]);
 }
 
-/* One row of a triangle of one brightness; `at`: edges, nearness and brightness at its start. */
-static void fill_flat(const wg_fill *f, const uint32_t *at, uint32_t *pixel, uint16_t count)
+/* One row. */
+static void fill_row(const wg_fill *f, uint32_t *pixel, uint_fast16_t count)
 {
-    uint32_t a = at[0], b = at[1], c = at[2], near = at[3];
-    uint32_t low = (uint32_t)f->shade_min << 8 | f->part;
+    uint32_t a = f->slope[0].at, b = f->slope[1].at, c = f->slope[2].at, near = f->slope[3].at;
+    uint32_t shade = f->slope[4].at;
     bool inside = false;
     for (; count > 0; count--, pixel++) {
-        if ((a | b | c) >> 31 == 0) {
-            uint32_t word = wg_near(f, near) << 16 | low;
-            *pixel = word > *pixel ? word : *pixel;
+        if ((int32_t)(a | b | c) >= 0) {
+            int32_t s = fix_clamp((int32_t)shade >> 15, f->low[1], f->high[1]);
+            uint32_t word = wg_near(f, near) << 16 | (uint32_t)s << 8 | f->part;
+            if (word > *pixel) {
+                *pixel = word;
+            }
             inside = true;
         } else if (inside) {
             return; /* what is left of the row lies outside: triangles are convex */
-        }
-        a += f->slope[0].column;
-        b += f->slope[1].column;
-        c += f->slope[2].column;
-        near += f->slope[3].column;
-    }
-}
-
-static void fill_smooth(const wg_fill *f, const uint32_t *at, uint32_t *pixel, uint16_t count)
-{
-    uint32_t a = at[0], b = at[1], c = at[2], near = at[3], shade = at[4];
-    bool inside = false;
-    for (; count > 0; count--, pixel++) {
-        if ((a | b | c) >> 31 == 0) {
-            int32_t s = fix_clamp((int32_t)shade >> 15, f->shade_min, f->shade_max);
-            uint32_t word = wg_near(f, near) << 16 | (uint32_t)s << 8 | f->part;
-            *pixel = word > *pixel ? word : *pixel;
-            inside = true;
-        } else if (inside) {
-            return;
         }
         a += f->slope[0].column;
         b += f->slope[1].column;
@@ -220,61 +179,70 @@ static void fill_smooth(const wg_fill *f, const uint32_t *at, uint32_t *pixel, u
     }
 }
 
-static void fill(const wg_canvas *canvas, const wg_fill *f)
+static void fill(const wg_canvas *canvas, wg_fill *f)
 {
-    uint32_t at[WG_SLOPES];
-    uint16_t width = (uint16_t)(canvas->rect.x1 - canvas->rect.x0);
-    uint16_t count = (uint16_t)(f->box.x1 - f->box.x0);
-    uint32_t *pixel = canvas->pixels + (uint32_t)(f->box.y0 - canvas->rect.y0) * width +
-                      (f->box.x0 - canvas->rect.x0);
-    for (unsigned i = 0; i < WG_SLOPES; i++) {
-        at[i] = f->slope[i].at;
-    }
-    for (uint16_t y = f->box.y0; y < f->box.y1; y++, pixel += width) {
-        if (f->shade_min == f->shade_max) {
-            fill_flat(f, at, pixel, count);
-        } else {
-            fill_smooth(f, at, pixel, count);
-        }
+    uint_fast16_t width = (uint_fast16_t)(canvas->rect.x1 - canvas->rect.x0);
+    uint_fast16_t count = (uint_fast16_t)(f->box.x1 - f->box.x0);
+    uint32_t *pixel = wg_canvas_pixel(canvas, f->box.x0, f->box.y0);
+    for (uint_fast16_t y = f->box.y0; y < f->box.y1; y++, pixel += width) {
+        fill_row(f, pixel, count);
         for (unsigned i = 0; i < WG_SLOPES; i++) {
-            at[i] += f->slope[i].row;
+            f->slope[i].at += f->slope[i].row;
         }
     }
+}
+
+/* Nearness (0) or brightness (1) of the corners: its slope and its limits. */
+static void quantity_set(wg_fill *f, unsigned which, const outline *o, const wg_triangle *t,
+                         const int32_t *values)
+{
+    range r = range_of(values);
+    f->low[which] = (uint16_t)(r.low >> 5);
+    f->high[which] = (uint16_t)(r.high >> 5);
+    slope_set(&f->slope[WG_SLOPE_NEAR + which], o, t->at[0], &f->box, values);
 }
 
 void wg_draw_triangle(const wg_canvas *canvas, const wg_triangle *triangle)
 {
     wg_fill f;
+    outline o;
     wg_triangle t = *triangle;
-    if (!box_of(&t, &canvas->rect, &f.box)) {
+    if (!box_set(&f.box, t.at, &canvas->rect)) {
         return;
     }
-    int32_t area = area_of(&t), values[3];
-    bool back = area < 0;
-    if (area == 0 || (back && canvas->sides == 0)) {
+    outline_set(&o, t.at);
+    bool back = o.area < 0;
+    if (o.area == 0 || (back && canvas->sides == 0)) {
         return;
+    }
+    if (canvas->shading == WG_SHADING_FLAT) {
+        t.shade[0] = t.shade[1] = t.shade[2] = face_shade(canvas, &t, back);
     }
     if (back) {
-        t.corner[1] = triangle->corner[2];
-        t.corner[2] = triangle->corner[1];
-        area = -area;
+        t.at[1] = triangle->at[2];
+        t.at[2] = triangle->at[1];
+        uint8_t shade = t.shade[1];
+        t.shade[1] = t.shade[2];
+        t.shade[2] = shade;
+        outline_set(&o, t.at);
     }
-    const wg_corner *c = t.corner;
-    span s = span_of(&t, area);
+    o.over.m = WG_FAR;
+    o.over.bits = 30;
+    wg_ratio_divide(&o.over, (uint32_t)o.area);
+    int32_t near[3], shade[3];
     for (unsigned i = 0; i < 3; i++) {
-        f.slope[i] = edge_of(&c[i].at, &c[i < 2 ? i + 1 : 0].at, &f.box);
-        values[i] = nearness(canvas->view, c[i].at.z);
+        edge_set(&f.slope[i], t.at[i], &f.box, o.x[i], o.y[i]);
+        near[i] = nearness(canvas->view, t.at[i]->z);
+        shade[i] = (int32_t)t.shade[i] * 32;
     }
-    f.slope[WG_SLOPE_NEAR] = slope_of(&s, &c[0].at, &f.box, values);
-    limits_of(values, &f.near_min, &f.near_max);
-    shade_corners(canvas, &t, back, values);
-    f.slope[WG_SLOPE_SHADE] = slope_of(&s, &c[0].at, &f.box, values);
-    limits_of(values, &f.shade_min, &f.shade_max);
+    quantity_set(&f, 0, &o, &t, near);
+    quantity_set(&f, 1, &o, &t, shade);
     f.part = canvas->part;
-    if (canvas->shading == WG_SHADING_WIRE) { /* hides what lies behind, in the background's colour */
-        f.part = 0;
-        f.shade_min = f.shade_max = 0;
+    if (canvas->shading ==
+        WG_SHADING_WIRE) { /* hides what lies behind, in the background's colour */
         wg_draw_edges(canvas, triangle, &f);
+        f.part = 0;
+        f.low[1] = f.high[1] = 0;
     }
     fill(canvas, &f);
 }

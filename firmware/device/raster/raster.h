@@ -12,6 +12,10 @@
 extern "C" {
 #endif
 
+/* Of a picture, each at the most: coordinates of 15 bits in 1/16 pixel leave room for cutting triangles
+ * off outside a picture of this size, and of few pixels more (view.c: set_limits). */
+#define WG_SIDE_MAX 800u
+
 typedef struct {
     uint16_t width, height;
 } wg_size;
@@ -22,8 +26,9 @@ typedef struct {
 } wg_rect;
 
 /* A projected vertex. z < 0x8000: x and y in 1/16 pixel, within +-16383, z the depth in the view's
- * steps. Otherwise the vertex lies too near or too far off the picture for that: x, y, z - 0xc000
- * are where the view sees it, for the clipper. */
+ * steps. Otherwise the vertex lies too near or too far off the picture for that, and is kept as the
+ * clipper wants it (wg_view_spot): x, y and the lower 13 bits of z, signed, times 8^e with e = 0..3 in
+ * bits 14..13 of z. */
 typedef struct {
     int16_t x, y;
     uint16_t z;

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: MIT
+"""The demonstration's displays: an example with meshes is baked, the firmware shows it on an
+emulated board, and screendumps at several moments are compared with `wiggly play` on this machine,
+dot for dot.
+
+Left in build/demo/NAME: the clip, certificate.json, sheet.png (the whole show, in colour),
+board_*.elf and .ppm (the firmware up to a moment, what QEMU's display then showed), oled.png (the
+same, arranged), oled.gif (every picture the board shows).
+"""
+import json
+import math
+import os
+import re
+import shutil
+import sys
+import tempfile
+from collections import namedtuple
+from multiprocessing.pool import ThreadPool
+
+import yaml
+from PIL import Image, ImageDraw
+
+import clip_source
+import run_board
+from demo_run import ROOT, Directory, Failure, run
+
+TICK_US = 20000  # of the baker's header: the least time between two pictures
+MARGIN = 1.1     # to the slowest picture of a first run that skips some
+QEMU_DOTS = 4    # both displays' surfaces show a pixel as 4 x 4 dots
+GAP, LABEL, COLUMNS = 10, 18, 2
+PAPER, INK = (32, 32, 36), (200, 200, 200)
+
+# view, mesh: what the display wants otherwise than the example
+Show = namedtuple("Show", "board glass seconds moments view mesh")
+SHOWS = {
+    "faerie": Show("lm3s6965evb", "grey OLED of 128 x 64", 9,
+                   (1.0, 4.9, 6.0, 7.3, 7.7, 8.1, 8.5, 8.9), {}, {}),
+    "face": Show("lm3s6965evb", "grey OLED of 128 x 64", 4, (0.0, 0.5, 1.0, 1.5, 2.0, 3.0), {}, {}),
+    # 16 lines are too few for dots to look like greys
+    "morph": Show("mps2-an386-ssd0303", "black and white OLED of 96 x 16", 4.2,
+                  (0.0, 0.5, 0.9, 1.3, 1.7, 2.2), {"shading": "wireframe"},
+                  {"colour": [255, 255, 255]})}
+
+
+class Screen(Directory):
+    def __init__(self, name):
+        super().__init__(name)
+        self.name, self.show = name, SHOWS[name]
+        self.panel = run_board.board_values(self.show.board)["PANEL"]
+        self.clip = self.path(name + ".wgl")
+
+    # ---- here ----------------------------------------------------------------------------------
+
+    def bake(self):
+        scene = f"examples/{self.name}/{self.name}.yaml"
+        run(["build/wiggly", "bake", scene, "-o", self.clip, "--quiet", "--json",
+             self.path("certificate.json")])
+        run(["build/wiggly", "play", self.clip, "--png", self.path("sheet.png"), "--seconds",
+             str(self.show.seconds)])
+        with open(self.path("certificate.json")) as f:
+            self.certificate = json.load(f)
+        changed = self.show.view or self.show.mesh
+        self.on_board = self.bake_for_display(scene) if changed else self.clip
+
+    def bake_for_display(self, scene):
+        with open(os.path.join(ROOT, scene)) as f:
+            content = yaml.safe_load(f)
+        content["views"][0].update(self.show.view)
+        for mesh in content["meshes"]:
+            mesh.update(self.show.mesh)  # its file has an absolute path: the scene moves
+        with open(self.path("display.yaml"), "w") as f:
+            yaml.safe_dump(content, f, sort_keys=False)
+        run(["build/wiggly", "bake", self.path("display.yaml"), "-o", self.path("display.wgl"),
+             "--quiet"])
+        return self.path("display.wgl")
+
+    def pictures(self):
+        """What the panel has to show at every tick of the board, from `wiggly play`."""
+        rate = repr(1e6 / self.tick_us)
+        with tempfile.TemporaryDirectory() as d:
+            run(["build/wiggly", "play", self.on_board, "--panel", self.panel, "--rate", rate,
+                 "--fps", rate, "--seconds", str(self.show.seconds), "--png",
+                 os.path.join(d, "%04d.png")])
+            frames = [Image.open(os.path.join(d, name)).convert("RGB")
+                      for name in sorted(os.listdir(d))]
+        return [frame.resize((QEMU_DOTS * frame.width, QEMU_DOTS * frame.height), Image.NEAREST)
+                for frame in frames]
+
+    # ---- on the board --------------------------------------------------------------------------
+
+    def image(self, tick_us, frames):
+        """The firmware with this clip, a picture every tick_us, stopping after so many."""
+        stem = self.path("board_" + self.name)
+        clip_source.main(self.on_board, stem)
+        with open(stem + ".h") as f:
+            header = f.read()
+        with open(stem + ".h", "w") as f:
+            f.write(re.sub(r"(define CLIP_TICK_US) .*", rf"\1 UINT32_C({tick_us})", header))
+        run(["make", "-s", f"BOARD={self.show.board}", f"CLIP={os.path.relpath(stem, ROOT)}.wgl",
+             f"FRAMES={frames}", "image"])
+        return f"build/{self.show.board}/board_{self.name}/main.elf"
+
+    def board(self, image, log, *options):
+        """The log, and what the emulator's plugin counted."""
+        done = run([sys.executable, "tests/tools/run_board.py", self.show.board, image, "--log",
+                    log, *options])
+        with open(log) as f:
+            return f.read().splitlines(), done.stdout + done.stderr
+
+    def pace(self):
+        """How long the slowest picture takes, and the tick that leaves time for it."""
+        frames = int(max(self.show.moments) * 1e6 / TICK_US) + 1
+        said = self.board(self.image(TICK_US, frames), self.path("board.log"), "--roi",
+                          "screen_frame")[1]
+        shift = re.search(r"shift=(\d+)", run_board.board_values(self.show.board)["EMULATOR"])[1]
+        most = int(re.search(r"roi calls \d+ min \d+ max (\d+)", said)[1])
+        self.slowest_us = most * 2 ** int(shift) / 1000
+        self.tick_us = TICK_US * math.ceil(MARGIN * self.slowest_us / TICK_US)
+
+    def dumps(self):
+        """What the display shows after each of self.frames: an image and a run each."""
+        images = []
+        for frame in self.frames:  # one after the other, because make writes them all to one place
+            images.append(self.path(f"board_{len(images)}.elf"))
+            shutil.copy(os.path.join(ROOT, self.image(self.tick_us, frame + 1)), images[-1])
+        with ThreadPool(os.cpu_count()) as pool:
+            return pool.map(self.dump, images)
+
+    def dump(self, image):
+        stem = os.path.splitext(image)[0]
+        log = self.board(image, stem + ".log", "--screendump", stem + ".ppm")[0]
+        if "done" not in log or any("late" in line for line in log):
+            raise Failure(f"{self.name}: no picture every {self.tick_us // 1000} ms: {log}")
+        return Image.open(stem + ".ppm").convert("RGB")
+
+    def measure(self):
+        """Everything; true when every screendump is this machine's picture."""
+        self.bake()
+        self.pace()
+        want = self.pictures()
+        self.frames = [round(t * 1e6 / self.tick_us) for t in self.show.moments]
+        dumps = self.dumps()
+        self.equal = [dump.size == want[frame].size and dump.tobytes() == want[frame].tobytes()
+                      for dump, frame in zip(dumps, self.frames)]
+        self.arrange(dumps).save(self.path("oled.png"))
+        # GIF counts hundredths of a second, of which a tick has a whole number
+        grey = [frame.convert("L") for frame in want]
+        grey[0].save(self.path("oled.gif"), save_all=True, append_images=grey[1:], loop=0,
+                     duration=self.tick_us // 1000)
+        # pictures that are empty or all the same would be equal whatever the board does
+        seen = {dump.tobytes() for dump in dumps}
+        if len(seen) < len(dumps) or any(dump.getcolors(1) for dump in dumps):
+            raise Failure(f"{self.name}: two moments look the same, or one is empty")
+        return all(self.equal)
+
+    # ---- what came of it -----------------------------------------------------------------------
+
+    def time(self, frame):
+        return f"{frame * self.tick_us * 1e-6:.2f} s"
+
+    def arrange(self, dumps):
+        width, height = dumps[0].width + GAP, dumps[0].height + LABEL + GAP
+        rows = math.ceil(len(dumps) / COLUMNS)
+        sheet = Image.new("RGB", (COLUMNS * width + GAP, rows * height + GAP), PAPER)
+        draw = ImageDraw.Draw(sheet)
+        for k, dump in enumerate(dumps):
+            x, y = GAP + k % COLUMNS * width, GAP + k // COLUMNS * height
+            sheet.paste(dump, (x, y))
+            draw.text((x, y + dump.height + 3), self.time(self.frames[k]) +
+                      ("" if self.equal[k] else "  DIFFERS FROM THE HOST"), fill=INK)
+        return sheet
+
+    def table(self):
+        meshes = self.certificate["meshes"]
+        yield f"{self.name}: {len(meshes)} mesh{'es' if len(meshes) > 1 else ''} on the " \
+            f"{self.show.glass} of {self.show.board}"
+        for m in meshes:
+            yield f"  {m['mesh']:<18}{m['vertices']} vertices, {m['triangles']} triangles, " \
+                f"{m['bases']} bases of {m['bits']} bits, posed error {m['error_max']:.3g} <= " \
+                f"{m['tolerance']:.3g}"
+        yield f"  a picture takes up to {self.slowest_us / 1000:.0f} ms there, so it gets one " \
+            f"every {self.tick_us // 1000} ms"
+        for k, frame in enumerate(self.frames):
+            if not self.equal[k]:
+                yield f"  FAILED: the screendump at {self.time(frame)} is not the host's picture"
+
+    def last_line(self):
+        meshes = self.certificate["meshes"]
+        return f"{self.name}: {self.certificate['bytes']} bytes, " \
+            f"{sum(m['bases'] for m in meshes)} bases, posed error " \
+            f"{max(m['error_max'] for m in meshes):.3g}, {sum(self.equal)} of " \
+            f"{len(self.equal)} screendumps equal"
