@@ -126,6 +126,14 @@ static void frame(uint32_t now_us, uint32_t dt_us)
     screen_frame(values);
 }
 
+/* Until `due_us`, making the display's picture meanwhile. */
+static void wait(uint32_t due_us)
+{
+    while ((int32_t)(due_us - hal_time_us()) > 0 && screen_work()) { /* a tick at the longest */
+    }
+    hal_wait_until(due_us);
+}
+
 /* How many whole ticks have passed since `due_us`. */
 static uint32_t ticks_late(uint32_t due_us)
 {
@@ -141,7 +149,7 @@ static void play(uint32_t frame_count)
     uint32_t skipped = 0;
     bool late = false;
     for (uint32_t count = 0; frame_count == 0 || count < frame_count; count += skipped + 1u) {
-        hal_wait_until(start_us + now_us);
+        wait(start_us + now_us);
         skipped = ticks_late(start_us + now_us);
         if (skipped && !late) {
             late = true;
@@ -174,6 +182,7 @@ int main(void)
     pwm_start();
     need(screen_start(&file));
     play(BOARD_FRAMES);
+    screen_finish(values);
     hal_log("done");
     hal_stop(0);
     return 0;

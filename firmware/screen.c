@@ -1,5 +1,6 @@
 /* From channel values to the display: picture.h draws bands of what may have changed, the panel
- * packs and sends each. All memory is static; its size follows from the clip and the panel.
+ * packs and sends each. It is done in slices, between the ticks. All memory is static; its size
+ * follows from the clip and the panel.
  * SPDX-License-Identifier: MIT */
 #include "screen.h"
 
@@ -10,6 +11,7 @@
 #include "clip.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #ifndef CLIP_NORMALS
 #define CLIP_NORMALS 0 /* CLIP_VERTICES if some are to be recomputed for every picture */
@@ -25,6 +27,9 @@ static uint8_t shades[CLIP_VERTICES + 1];
 static int16_t normals[3 * CLIP_NORMALS + 1];
 static int16_t weights[CLIP_BASES + 1];
 static uint32_t band[PANEL_HEAD / 4 + PANEL_WIDTH * PANEL_ROWS];
+static int32_t seen[CLIP_CHANNELS]; /* by the picture that is being made */
+static wg_rect dirty, rect;         /* what is to be sent, and the band of it that is next */
+static enum { IDLE, POSING, DRAWING } stage;
 static bool shown; /* the clip has a view */
 
 int screen_start(const wg_file *file)
@@ -40,19 +45,56 @@ int screen_start(const wg_file *file)
     return error;
 }
 
+static void begin(const int32_t *values)
+{
+    memcpy(seen, values, sizeof seen);
+    wg_picture_begin(&picture, seen);
+    stage = POSING;
+}
+
 void screen_frame(const int32_t *values)
 {
-    const wg_size align = {PANEL_ALIGN_X, PANEL_ALIGN_Y};
     if (!shown) {
         return;
     }
-    wg_picture_set(&picture, values);
-    wg_rect dirty = wg_picture_dirty(&picture, align), rect = dirty;
-    for (; rect.x0 < rect.x1 && rect.y0 < dirty.y1; rect.y0 = rect.y1) {
-        uint16_t rows = (uint16_t)(dirty.y1 - rect.y0);
-        rect.y1 = (uint16_t)(rect.y0 + (rows < PANEL_ROWS ? rows : PANEL_ROWS));
+    panel_frame();
+    if (stage == IDLE) {
+        begin(values);
+    }
+}
+
+/* The band that begins where the last one ended; none is left: the picture is done. */
+static void next_band(void)
+{
+    uint16_t rows = (uint16_t)(dirty.y1 - rect.y1);
+    rect.y0 = rect.y1;
+    rect.y1 = (uint16_t)(rect.y0 + (rows < PANEL_ROWS ? rows : PANEL_ROWS));
+    stage = rect.x0 < rect.x1 && rows > 0 ? DRAWING : IDLE;
+}
+
+bool screen_work(void)
+{
+    const wg_size align = {PANEL_ALIGN_X, PANEL_ALIGN_Y};
+    if (stage == POSING && !wg_picture_step(&picture)) {
+        dirty = wg_picture_dirty(&picture, align);
+        rect = dirty;
+        rect.y1 = dirty.y0;
+        next_band();
+    } else if (stage == DRAWING) {
         wg_picture_band(&picture, rect, band + PANEL_HEAD / 4);
         panel_draw(&picture, rect, band + PANEL_HEAD / 4);
+        next_band();
     }
-    panel_frame();
+    return stage != IDLE;
+}
+
+void screen_finish(const int32_t *values)
+{
+    if (shown) {
+        while (screen_work()) { /* once every slice of a picture */
+        }
+        begin(values);
+        while (screen_work()) {
+        }
+    }
 }

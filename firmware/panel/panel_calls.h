@@ -17,7 +17,7 @@ void panel_start(void);
 /* Packs the pixels of `rect` in place and sends them. */
 void panel_draw(const wg_picture *picture, wg_rect rect, uint32_t *pixels);
 
-/* After every frame, whether anything was drawn or not. */
+/* Every tick, whether anything is drawn or not. */
 void panel_frame(void);
 
 #endif

@@ -12,7 +12,7 @@
 #include "wg_mem.h"
 #include "wg_mul.h"
 
-#define WG_STATIC_ASSERT_2(cond, line) typedef char wg_assert_##line[(cond) ? 1 : -1]
+#define WG_STATIC_ASSERT_2(cond, line) extern const char wg_assert_##line[(cond) ? 1 : -1]
 #define WG_STATIC_ASSERT_1(cond, line) WG_STATIC_ASSERT_2(cond, line)
 #define WG_STATIC_ASSERT(cond)         WG_STATIC_ASSERT_1(cond, __LINE__)
 

@@ -14,19 +14,13 @@
 /* Vertices posed at a time: 384 bytes of stack. */
 #define RANGE 32u
 
-/* A shape that parts have as positions, and where its vertices start. */
-typedef struct {
-    uint16_t shape, count;
-    uint32_t first;
-} mesh;
-
 static const uint8_t *part_of(const wg_file *file, uint16_t part)
 {
     return wg_record(file, WG_SECTION_PARTS, part, WG_PART_BYTES);
 }
 
 /* The next shape with parts from `m->shape` on. */
-static bool mesh_find(const wg_file *file, mesh *m)
+static bool mesh_find(const wg_file *file, wg_picture_mesh *m)
 {
     for (; m->shape < file->section[WG_SECTION_SHAPES].count; m->shape++) {
         for (uint16_t i = 0; i < file->section[WG_SECTION_PARTS].count; i++) {
@@ -40,7 +34,7 @@ static bool mesh_find(const wg_file *file, mesh *m)
     return false;
 }
 
-static void mesh_next(mesh *m)
+static void mesh_next(wg_picture_mesh *m)
 {
     m->first += m->count;
     m->shape++;
@@ -92,63 +86,129 @@ static void cover(wg_box *box, const wg_vertex *v)
     }
 }
 
-/* Poses a range of vertices after the other, and projects or lights them. */
-static void pose_ranges(wg_picture *picture, const mesh *m, const wg_pose *pose, bool normals)
+/* ---- the vertices of a frame, in steps -------------------------------------------------------- */
+
+enum {
+    POSITIONS, /* posed and projected */
+    NORMALS,   /* posed and lit */
+    SUMS,      /* of the triangles' normals */
+    LIGHTS,    /* of those sums */
+    DONE
+};
+
+/* Goes to the next mesh from work.mesh on, if there is one. */
+static void start_mesh(wg_picture *picture)
 {
-    int32_t xyz[3 * RANGE];
-    for (uint32_t i = 0; i < m->count; i += RANGE) {
-        uint16_t count = (uint16_t)(m->count - i < RANGE ? m->count - i : RANGE);
-        wg_pose_vertices(pose, (uint16_t)i, count, xyz);
-        if (normals) {
-            wg_view_light(&picture->view, xyz, count, picture->memory.shades + m->first + i);
-        } else {
-            wg_vertex *vertices = picture->memory.vertices + m->first + i;
-            wg_view_project(&picture->view, pose->frac, xyz, count, vertices);
-            for (uint16_t k = 0; k < count; k++) {
-                cover(&picture->covers, &vertices[k]);
-            }
-        }
+    wg_picture_work *w = &picture->work;
+    w->stage = DONE;
+    w->vertex = 0;
+    if (mesh_find(picture->file, &w->mesh)) {
+        w->stage = POSITIONS;
+        wg_pose_init(&w->pose, picture->file, (uint8_t)w->mesh.shape, picture->memory.weights);
+        wg_pose_set(&w->pose, w->values, picture->bases, &picture->view.camera);
     }
 }
 
-/* Brightness from the frame's triangles. */
-static void light_made(wg_picture *picture, const mesh *m)
+static void finish_mesh(wg_picture *picture)
 {
-    const wg_surface surface = {picture->file, &picture->view, picture->memory.vertices + m->first,
-                                m->shape, m->count};
-    const int16_t *made = picture->memory.normals + 3 * m->first;
-    uint8_t *shade = picture->memory.shades + m->first;
-    wg_normals_make(&surface, picture->memory.normals + 3 * m->first);
-    for (uint16_t i = 0; i < m->count; i++, made += 3) {
-        const int32_t normal[3] = {made[0], made[1], made[2]};
-        wg_view_light(&picture->view, normal, 1, shade++);
-    }
+    mesh_next(&picture->work.mesh);
+    start_mesh(picture);
 }
 
-/* Brightness of a mesh, if there is memory for it. */
-static void light(wg_picture *picture, const int32_t *values, const mesh *m,
-                  const wg_pose *positions)
+/* After its positions: brightness of a mesh, if it is due and there is memory for it. */
+static void start_light(wg_picture *picture)
 {
-    uint16_t shape = normals_of(picture->file, m->shape);
-    if (!picture->memory.shades || (shape == WG_ABSENT && !picture->memory.normals)) {
+    wg_picture_work *w = &picture->work;
+    const wg_normals none = {0, 0, 0, 0, false};
+    uint16_t shape = normals_of(picture->file, w->mesh.shape);
+    if (!w->renew || !picture->memory.shades || (shape == WG_ABSENT && !picture->memory.normals)) {
+        finish_mesh(picture);
         return;
     }
-    picture->lit |= (uint16_t)(1u << m->shape);
-    if (shape == WG_ABSENT) {
-        light_made(picture, m);
-    } else {
-        wg_pose normals;
-        wg_pose_init(&normals, picture->file, (uint8_t)shape, picture->memory.weights);
-        wg_pose_set_normals(&normals, values, picture->bases, positions);
-        pose_ranges(picture, m, &normals, true);
+    picture->lit |= (uint16_t)(1u << w->mesh.shape);
+    w->vertex = 0;
+    w->normals = none;
+    w->stage = SUMS;
+    if (shape != WG_ABSENT) {
+        const wg_pose positions = w->pose;
+        wg_pose_init(&w->pose, picture->file, (uint8_t)shape, picture->memory.weights);
+        wg_pose_set_normals(&w->pose, w->values, picture->bases, &positions);
+        w->stage = NORMALS;
     }
 }
 
-void wg_picture_set(wg_picture *picture, const int32_t *values)
+static void pose_positions(wg_picture *picture, uint16_t count)
 {
+    const wg_picture_work *w = &picture->work;
+    wg_vertex *vertices = picture->memory.vertices + w->mesh.first + w->vertex;
+    int32_t xyz[3 * RANGE];
+    wg_pose_vertices(&w->pose, (uint16_t)w->vertex, count, xyz);
+    wg_view_project(&picture->view, w->pose.frac, xyz, count, vertices);
+    for (uint16_t i = 0; i < count; i++) {
+        cover(&picture->covers, &vertices[i]);
+    }
+}
+
+static void pose_normals(const wg_picture *picture, uint16_t count)
+{
+    const wg_picture_work *w = &picture->work;
+    int32_t xyz[3 * RANGE];
+    wg_pose_vertices(&w->pose, (uint16_t)w->vertex, count, xyz);
+    wg_view_light(&picture->view, xyz, count, picture->memory.shades + w->mesh.first + w->vertex);
+}
+
+static void light_sums(const wg_picture *picture, uint16_t count)
+{
+    uint32_t first = picture->work.mesh.first + picture->work.vertex;
+    const int16_t *sum = picture->memory.normals + 3u * first;
+    for (uint16_t i = 0; i < count; i++, sum += 3) {
+        const int32_t normal[3] = {sum[0], sum[1], sum[2]};
+        wg_view_light(&picture->view, normal, 1, picture->memory.shades + first + i);
+    }
+}
+
+/* A range of vertices of the stage; whether that was the last one. */
+static bool step_vertices(wg_picture *picture)
+{
+    wg_picture_work *w = &picture->work;
+    uint32_t left = w->mesh.count - w->vertex;
+    uint16_t count = (uint16_t)(left < RANGE ? left : RANGE);
+    if (w->stage == POSITIONS) {
+        pose_positions(picture, count);
+    } else if (w->stage == NORMALS) {
+        pose_normals(picture, count);
+    } else {
+        light_sums(picture, count);
+    }
+    w->vertex += count;
+    return w->vertex >= w->mesh.count;
+}
+
+bool wg_picture_step(wg_picture *picture)
+{
+    wg_picture_work *w = &picture->work;
+    if (w->stage == SUMS) {
+        const wg_surface surface = {picture->file, &picture->view,
+                                    picture->memory.vertices + w->mesh.first, w->mesh.shape,
+                                    w->mesh.count};
+        if (!wg_normals_step(&surface, &w->normals, picture->memory.normals + 3u * w->mesh.first)) {
+            w->stage = LIGHTS;
+        }
+    } else if (w->stage != DONE && step_vertices(picture)) {
+        if (w->stage == POSITIONS) {
+            start_light(picture);
+        } else {
+            finish_mesh(picture);
+        }
+    }
+    return w->stage != DONE;
+}
+
+void wg_picture_begin(wg_picture *picture, const int32_t *values)
+{
+    const wg_picture_mesh first = {0, 0, 0};
     bool smooth = picture->shading == WG_SHADING_SMOOTH;
     bool renew = picture->frame == 0 || picture->frame >= picture->normals_every;
-    mesh m = {0, 0, 0};
     picture->covered = picture->covers;
     for (unsigned k = 0; k < 2; k++) { /* nothing */
         picture->covers.low[k] = INT16_MAX;
@@ -156,18 +216,22 @@ void wg_picture_set(wg_picture *picture, const int32_t *values)
     }
     picture->lit = smooth && !renew ? picture->lit : 0;
     picture->fresh = (uint8_t)(picture->fresh >> 1);
-    wg_view_set(&picture->view, picture->file, picture->index, values, picture->size);
-    for (; mesh_find(picture->file, &m); mesh_next(&m)) { /* <= WG_SHAPES_MAX */
-        wg_pose pose;
-        wg_pose_init(&pose, picture->file, (uint8_t)m.shape, picture->memory.weights);
-        wg_pose_set(&pose, values, picture->bases, &picture->view.camera);
-        pose_ranges(picture, &m, &pose, false);
-        if (smooth && renew) {
-            light(picture, values, &m, &pose);
-        }
-    }
     picture->frame = (uint8_t)(!smooth ? 0 : renew ? 1 : picture->frame + 1);
+    wg_view_set(&picture->view, picture->file, picture->index, values, picture->size);
+    picture->work.values = values;
+    picture->work.renew = smooth && renew;
+    picture->work.mesh = first;
+    start_mesh(picture);
 }
+
+void wg_picture_set(wg_picture *picture, const int32_t *values)
+{
+    wg_picture_begin(picture, values);
+    while (wg_picture_step(picture)) { /* once every 32 vertices or triangles */
+    }
+}
+
+/* ---- pixels ----------------------------------------------------------------------------------- */
 
 /* The pixels that hold points of either frame along an axis, moved out to multiples of `unit` and cut
  * to 0 .. most. */
@@ -246,7 +310,7 @@ void wg_picture_band(const wg_picture *picture, wg_rect rect, uint32_t *pixels)
 {
     const wg_file *file = picture->file;
     wg_canvas canvas = {&picture->view, pixels, rect, 0, 0, 0};
-    mesh m = {0, 0, 0};
+    wg_picture_mesh m = {0, 0, 0};
     uint32_t count = (uint32_t)(rect.x1 - rect.x0) * (uint32_t)(rect.y1 - rect.y0);
     memset(pixels, 0, (size_t)count * sizeof *pixels);
     for (; mesh_find(file, &m); mesh_next(&m)) { /* <= WG_SHAPES_MAX */

@@ -23,6 +23,7 @@
 #ifndef WIGGLY_PICTURE_H
 #define WIGGLY_PICTURE_H
 
+#include "normals.h"
 #include "raster.h"
 #include "view.h"
 
@@ -48,11 +49,29 @@ typedef struct {
     int16_t low[2], high[2]; /* x, y */
 } wg_box;
 
+/* A shape that parts have as positions, and where its vertices start. */
+typedef struct {
+    uint16_t shape, count;
+    uint32_t first;
+} wg_picture_mesh;
+
+/* How far the vertices of a frame are. */
+typedef struct {
+    const int32_t *values;
+    wg_picture_mesh mesh;
+    wg_pose pose;
+    wg_normals normals;
+    uint32_t vertex; /* of the mesh: the next one */
+    uint8_t stage;
+    uint8_t renew; /* the frame gets new shades */
+} wg_picture_work;
+
 typedef struct {
     const wg_file *file;
     wg_picture_memory memory;
     wg_view view;
     wg_size size;
+    wg_picture_work work;
     wg_box covers, covered; /* this frame's vertices and the last one's */
     uint16_t bases;         /* level of detail: how many bases of each shape count */
     uint16_t lit;           /* bit i: shape i's vertices have a brightness */
@@ -71,6 +90,11 @@ void wg_picture_look(wg_picture *picture, uint8_t view);
 
 /* The frame: vertices projected, shades computed. */
 void wg_picture_set(wg_picture *picture, const int32_t *values);
+
+/* The same in slices, for a firmware that has servos to serve in between: begin, then step until it
+ * returns false. A step is 32 vertices or 32 triangles; `values` must stay as they are. */
+void wg_picture_begin(wg_picture *picture, const int32_t *values);
+bool wg_picture_step(wg_picture *picture);
 
 /* The smallest rectangle, on multiples of align.width and align.height pixels (or the picture's
  * edge), outside which this frame and the one before are both background. The whole picture after

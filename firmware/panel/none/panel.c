@@ -12,3 +12,13 @@ void screen_frame(const int32_t *values)
 {
     (void)values;
 }
+
+bool screen_work(void)
+{
+    return false;
+}
+
+void screen_finish(const int32_t *values)
+{
+    (void)values;
+}

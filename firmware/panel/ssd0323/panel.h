@@ -1,4 +1,4 @@
-/* OLED of 128 x 64 pixels and 16 greys, SSD0323 on SPI. A band is 8 KB of RAM.
+/* OLED of 128 x 64 pixels and 16 greys, SSD0323 on SPI. A band is 2 KB of RAM.
  * SPDX-License-Identifier: MIT */
 #ifndef PANEL_H
 #define PANEL_H
@@ -10,7 +10,7 @@
 #define PANEL_HEAD    0
 
 #ifndef PANEL_ROWS
-#define PANEL_ROWS 16
+#define PANEL_ROWS 4
 #endif
 
 #include "../panel_calls.h"
