@@ -138,6 +138,64 @@ static void inside_a_room_every_pixel_is_a_wall(void)
     pc_close(&scene);
 }
 
+/* Whether a line's pixel lies within 1.5 pixels of a place. */
+static int line_near(double x, double y)
+{
+    for (int p = 0; p < SIDE * SIDE; p++) {
+        if (WG_PIXEL_PART(scene.pixels[p]) && hypot(p % SIDE + 0.5 - x, p / SIDE + 0.5 - y) < 1.5) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* Places on the edges of triangles whose fronts are turned to the viewer, and to be seen from the
+ * middle of a room or outside of a box: none hides another. */
+static void check_lines(int inside)
+{
+    static uint8_t marked[SIDE * SIDE];
+    unsigned seen = 0;
+    pm_mark_edges(&model, 1.5, marked);
+    for (int p = 0; p < SIDE * SIDE; p++) {
+        CHECK(WG_PIXEL_PART(scene.pixels[p]) == 0 || marked[p]);
+        seen += WG_PIXEL_PART(scene.pixels[p]) != 0;
+    }
+    CHECK(seen > 50);
+    for (unsigned i = 0; i < 3 * mesh.triangles * 40; i++) {
+        const uint16_t *c = mesh.corner[i / 120];
+        double q[3], x, y, normal[3], to[3], t = (i % 40 + 0.5) / 40;
+        for (unsigned k = 0; k < 3; k++) {
+            q[k] = model.at[c[i / 40 % 3]][k];
+            q[k] += t * (model.at[c[(i / 40 + 1) % 3]][k] - q[k]);
+            to[k] = q[k] - (k == 2 ? model.distance : 0);
+        }
+        pm_normal(&model, i / 120, normal);
+        double depth = pm_project(&model, q, &x, &y);
+        if (depth > model.distance / 8 && pm_dot(normal, to) < 0 && x > 2 && x < SIDE - 2 &&
+            y > 2 && y < SIDE - 2) {
+            CHECK(line_near(x, y));
+        }
+    }
+    CHECK(!inside || outside_count() > 0);
+}
+
+static void lines_are_drawn_where_edges_are_seen(void)
+{
+    for (int inside = 0; inside < 2; inside++) {
+        memset(&mesh, 0, sizeof mesh);
+        pc_box(&mesh, inside ? 100 : 25, inside);
+        open_scene(WG_PERSPECTIVE, WG_SHADING_WIRE);
+        for (unsigned i = 0; i < 8; i++) {
+            pc_camera c = {dice(-180, 180), dice(-60, 60), 0, {0, 0, 0}, inside ? 80 : 200, 90};
+            pc_look(&scene, &c);
+            pm_make(&model, &mesh, &scene, 0);
+            pc_draw(&scene);
+            check_lines(inside);
+        }
+        pc_close(&scene);
+    }
+}
+
 /* All of a wall has one brightness, however its triangles are cut: here it is the room's own axes
  * that decide. Corners are kept to 1/16 pixel and 2 steps of a wall that is thousands long; 2. */
 static void a_cut_wall_has_one_brightness(void)
@@ -201,6 +259,17 @@ static void cut_neighbours_leave_no_crack(void)
     pc_close(&scene);
 }
 
+/* Nothing is drawn outside the rectangle that may have changed. */
+static void check_dirty(void)
+{
+    const wg_size one = {1, 1};
+    wg_rect r = wg_picture_dirty(&scene.picture, one);
+    for (int p = 0; p < SIDE * SIDE; p++) {
+        int x = p % SIDE, y = p / SIDE;
+        CHECK((x >= r.x0 && x < r.x1 && y >= r.y0 && y < r.y1) || scene.pixels[p] == 0);
+    }
+}
+
 /* Corners hundreds of pictures away: the guard planes cut. */
 static void huge_triangles_are_drawn_right(void)
 {
@@ -221,9 +290,69 @@ static void huge_triangles_are_drawn_right(void)
                            dice(60, 100),   dice(1, 8)};
             compare_view(&c, projection, SIDE * SIDE / 2);
             CHECK(outside_count() > 0);
+            check_dirty();
         }
         pc_close(&scene);
     }
+}
+
+/* In an orthographic picture brightness is linear however a triangle is cut. All corners are hundreds
+ * of pictures away, so it hardly changes: 1 for cutting it off, 1 for where the corners are. */
+static void cut_corners_pass_their_brightness_on(void)
+{
+    memset(&mesh, 0, sizeof mesh);
+    mesh.fixed = 1;
+    pc_part(&mesh);
+    pc_triangle(&mesh, pc_vertex(&mesh, -100, -70, 1), pc_vertex(&mesh, 110, -60, 90),
+                pc_vertex(&mesh, 0, 120, 30));
+    open_scene(WG_ORTHOGRAPHIC, WG_SHADING_SMOOTH);
+    for (unsigned i = 0; i < 20; i++) {
+        double x = dice(-30, 30), y = dice(-30, 30), area = 0, want = 0, share[3];
+        const pc_camera c = {0, 0, 0, {x, y, 0}, 150, 1};
+        pc_look(&scene, &c);
+        CHECK_EQ(outside_count(), 3);
+        pc_draw(&scene);
+        for (unsigned k = 0; k < 3; k++) {
+            const double *p = mesh.at[(k + 1) % 3], *q = mesh.at[(k + 2) % 3];
+            share[k] = (p[0] - x) * (q[1] - y) - (q[0] - x) * (p[1] - y);
+            area += share[k];
+        }
+        for (unsigned k = 0; k < 3; k++) {
+            want += share[k] / area * scene.shades[k];
+        }
+        CHECK_NEAR(WG_PIXEL_SHADE(scene.pixels[SIDE * SIDE / 2 + SIDE / 2]), want - 0.5, 2);
+    }
+    pc_close(&scene);
+}
+
+/* A wall beside the viewer, on to behind him: it ends where it is nearer than 1/16 of the distance.
+ * The cut is off by 2^-15 of the wall's 200 at the most, and by a step. */
+static void nothing_is_seen_nearer_than_a_sixteenth(void)
+{
+    memset(&mesh, 0, sizeof mesh);
+    mesh.sides = 1;
+    pc_part(&mesh);
+    unsigned a = pc_vertex(&mesh, 1, -90, -100), b = pc_vertex(&mesh, 1, -90, 100);
+    unsigned c = pc_vertex(&mesh, 1, 90, 100), d = pc_vertex(&mesh, 1, 90, -100);
+    pc_triangle(&mesh, a, b, c);
+    pc_triangle(&mesh, a, c, d);
+    const pc_camera camera = {0, 0, 0, {0, 0, 0}, 40, 40};
+    unsigned wall = 0;
+    open_scene(WG_PERSPECTIVE, WG_SHADING_FLAT);
+    pc_look(&scene, &camera);
+    pm_make(&model, &mesh, &scene, 0);
+    pc_draw(&scene);
+    for (int p = 0; p < SIDE * SIDE; p++) {
+        double x = p % SIDE + 0.5, y = p / SIDE + 0.5, depth = pm_depth(&model, 0, x, y);
+        double off = fmax(200.0 / 32768 + model.distance / 4096,
+                          fabs(pm_depth(&model, 0, x + 0.1, y) - depth)); /* edges are 1/16 off */
+        if (fabs(depth - model.distance / 16) > off) {
+            CHECK_EQ(scene.pixels[p] != 0, pm_look(&model, x, y).triangle >= 0);
+        }
+        wall += scene.pixels[p] != 0;
+    }
+    CHECK(wall > 500);
+    pc_close(&scene);
 }
 
 /* ---- clips that mean harm -------------------------------------------------------------------- */
@@ -322,9 +451,12 @@ static void no_clip_and_no_value_breaks_anything(void)
 int main(void)
 {
     TEST(inside_a_room_every_pixel_is_a_wall);
+    TEST(lines_are_drawn_where_edges_are_seen);
     TEST(a_cut_wall_has_one_brightness);
     TEST(cut_neighbours_leave_no_crack);
     TEST(huge_triangles_are_drawn_right);
+    TEST(cut_corners_pass_their_brightness_on);
+    TEST(nothing_is_seen_nearer_than_a_sixteenth);
     TEST(no_clip_and_no_value_breaks_anything);
     return check_done();
 }

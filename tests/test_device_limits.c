@@ -76,6 +76,25 @@ static void nothing_wraps_at_the_nearest_plane(void)
     pc_close(&scene);
 }
 
+/* A target so far to the side that depth is counted in steps of 2^18 fine units, of which the nearest
+ * plane has 4.4; a picture so high that the vertices are in reach; and vertices 4 of them away. */
+static void nothing_projected_is_nearer_than_the_nearest_plane(void)
+{
+    const wg_size size = {SIDE, SIDE};
+    memset(&mesh, 0, sizeof mesh);
+    pc_part(&mesh);
+    pc_triangle(&mesh, pc_vertex(&mesh, 0, 0, 1 / 128.0), pc_vertex(&mesh, -99, 0, 1 / 128.0),
+                pc_vertex(&mesh, 0, 99, 1 / 128.0));
+    pc_open(&scene, &mesh, WG_PERSPECTIVE, WG_SHADING_FLAT, size);
+    const int32_t values[WG_VIEW_CHANNELS] = {0, 0, 0, 1 << 27, 0, -1, 35, 500000000};
+    wg_picture_set(&scene.picture, values);
+    for (unsigned i = 0; i < 3; i++) {
+        CHECK(scene.vertices[i].z < 0x8000);
+        CHECK(scene.vertices[i].z >= scene.picture.view.distance >> 16);
+    }
+    pc_close(&scene);
+}
+
 /* ---- the largest picture --------------------------------------------------------------------- */
 
 /* A wall four pictures wide fills it, whatever the distance: the planes that cut it off lie outside.
@@ -139,6 +158,7 @@ static void full_colours_are_those_of_the_clip(void)
 int main(void)
 {
     TEST(nothing_wraps_at_the_nearest_plane);
+    TEST(nothing_projected_is_nearer_than_the_nearest_plane);
     TEST(the_largest_picture_has_no_rim);
     TEST(full_colours_are_those_of_the_clip);
     return check_done();

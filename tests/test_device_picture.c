@@ -79,6 +79,18 @@ static double shade_error(unsigned triangle)
     return (255 - scene.picture.view.ambient) * 2 * sqrt(2) * off / h + 1;
 }
 
+/* Towards the viewer, also from behind. */
+static void seen_normal(unsigned triangle, double x, double y, double *normal)
+{
+    double eye[3], way[3];
+    pm_ray(&model, x, y, eye, way);
+    pm_normal(&model, triangle, normal);
+    double side = pm_dot(normal, way) > 0 ? -1 : 1;
+    for (unsigned i = 0; i < 3; i++) {
+        normal[i] *= side;
+    }
+}
+
 /* Returns how many pixels could be compared. */
 static unsigned compare_pixels(const uint32_t *pixels, const uint8_t *marked, int shades)
 {
@@ -103,7 +115,7 @@ static unsigned compare_pixels(const uint32_t *pixels, const uint8_t *marked, in
         CHECK_NEAR(WG_PIXEL_NEAR(pixels[p]), nearness(hit.depth),
                    fabs(nearness(hit.depth - off) - nearness(hit.depth)) + 1);
         if (shades) {
-            pm_normal(&model, t, normal);
+            seen_normal(t, x, y, normal);
             CHECK_NEAR(WG_PIXEL_SHADE(pixels[p]), pm_shade(&scene.picture.view, normal),
                        shade_error(t));
         }
@@ -144,6 +156,70 @@ static void perspective_shows_what_rays_find(void)
 static void orthographic_shows_what_rays_find(void)
 {
     compare_views(WG_ORTHOGRAPHIC);
+}
+
+/* An open surface: from some sides its back is seen, lit as if it were a front. */
+static void both_sides_are_lit_when_both_are_seen(void)
+{
+    make_torus();
+    mesh.triangles /= 2;
+    mesh.sides = 1;
+    for (mesh.parts = 0; 10 * mesh.parts < mesh.triangles; mesh.parts++) {
+    }
+    open_scene(WG_PERSPECTIVE, WG_SHADING_FLAT);
+    for (unsigned i = 0; i < 3; i++) {
+        const pc_camera c = {150.0 * i, 20, 0, {0, 0, 0}, 300, 100};
+        compare_view(&c, WG_PERSPECTIVE);
+    }
+    pc_close(&scene);
+}
+
+/* Brightness of a smooth face at a place of the picture, and how much it changes in a pixel. */
+static double model_smooth(unsigned triangle, double x, double y, double *change)
+{
+    const uint16_t *c = mesh.corner[triangle];
+    double px[3], py[3], s[3], area, v, w;
+    for (unsigned i = 0; i < 3; i++) {
+        pm_project(&model, model.at[c[i]], &px[i], &py[i]);
+        s[i] = scene.shades[c[i]];
+    }
+    area = (px[1] - px[0]) * (py[2] - py[0]) - (px[2] - px[0]) * (py[1] - py[0]);
+    v = ((x - px[0]) * (py[2] - py[0]) - (px[2] - px[0]) * (y - py[0])) / area;
+    w = ((px[1] - px[0]) * (y - py[0]) - (x - px[0]) * (py[1] - py[0])) / area;
+    *change = hypot(((s[1] - s[0]) * (py[2] - py[0]) - (s[2] - s[0]) * (py[1] - py[0])) / area,
+                    ((s[2] - s[0]) * (px[1] - px[0]) - (s[1] - s[0]) * (px[2] - px[0])) / area);
+    return s[0] + v * (s[1] - s[0]) + w * (s[2] - s[0]);
+}
+
+/* Corners off by VERTEX_ERROR shift the slope as far; a slope on a triangle that is nearly an edge is
+ * left out by the marks around edges. One and a bit for cutting (test_device_raster.c). */
+static void smooth_faces_run_from_corner_to_corner(void)
+{
+    uint8_t marked[SIDE * SIDE];
+    unsigned compared = 0;
+    make_torus();
+    open_scene(WG_PERSPECTIVE, WG_SHADING_SMOOTH);
+    uint8_t *view = scene.clip + build_where(scene.clip, WG_SECTION_VIEWS, 0);
+    view[WG_VIEW_LIGHT] = 90;
+    view[WG_VIEW_LIGHT + 2] = 90;
+    const pc_camera c = {30, 35, 0, {0, 0, 0}, 250, 90};
+    pc_look(&scene, &c);
+    pm_make(&model, &mesh, &scene, 0);
+    pm_mark_edges(&model, 2 * VERTEX_ERROR, marked);
+    const uint32_t *pixels = pc_draw(&scene);
+    for (int p = 0; p < SIDE * SIDE; p++) {
+        double x = p % SIDE + 0.5, y = p / SIDE + 0.5, change;
+        pm_hit hit = pm_look(&model, x, y);
+        if (marked[p] || hit.triangle < 0 ||
+            hit.behind - hit.depth < 4 * depth_error((unsigned)hit.triangle, x, y)) {
+            continue;
+        }
+        double want = model_smooth((unsigned)hit.triangle, x, y, &change);
+        CHECK_NEAR(WG_PIXEL_SHADE(pixels[p]), want, 1.1 + 4 * VERTEX_ERROR * change);
+        compared++;
+    }
+    CHECK(compared > 1500);
+    pc_close(&scene);
 }
 
 /* ---- the same picture, asked for in other ways ----------------------------------------------- */
@@ -264,6 +340,8 @@ static void nothing_changes_outside_the_dirty_rectangle(void)
     pc_look(&scene, &away);
     wg_rect r = wg_picture_dirty(&scene.picture, none);
     CHECK(r.x0 == r.x1);
+    pc_look(&scene, &INSIDE); /* vertices outside: their triangles may be anywhere */
+    CHECK(is_whole(wg_picture_dirty(&scene.picture, none)));
     pc_close(&scene);
 }
 
@@ -271,6 +349,8 @@ int main(void)
 {
     TEST(perspective_shows_what_rays_find);
     TEST(orthographic_shows_what_rays_find);
+    TEST(both_sides_are_lit_when_both_are_seen);
+    TEST(smooth_faces_run_from_corner_to_corner);
     TEST(bands_of_any_height_make_one_picture);
     TEST(the_order_of_triangles_does_not_matter);
     TEST(nothing_changes_outside_the_dirty_rectangle);

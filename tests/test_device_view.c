@@ -114,6 +114,10 @@ static void vertices_are_seen_where_the_format_says(void)
                 xyz[k] = (int32_t)raw;
                 q[k] = ldexp(xyz[k], -frac - 8);
             }
+            if (i == 6) { /* about the nearest depth there is */
+                xyz[2] = (int32_t)ldexp(model.distance * dice(0.9, 1), frac + 8);
+                q[2] = ldexp(xyz[2], -frac - 8);
+            }
             wg_view_project(&scene.picture.view, frac, xyz, 1, &v);
             double depth = pm_project(&model, q, &x, &y);
             double off = fmax(fabs(x - size.width / 2.0), fabs(y - size.height / 2.0));
@@ -121,6 +125,7 @@ static void vertices_are_seen_where_the_format_says(void)
                 CHECK(v.z < 0x8000u);
             }
             if (v.z < 0x8000u) {
+                CHECK(depth > model.distance / 16.01);
                 check_vertex(&v, q, size);
                 seen++;
             } else {
@@ -182,35 +187,68 @@ static double angle(const double *a, const double *b)
     return atan2(sqrt(pm_dot(c, c)), pm_dot(a, b));
 }
 
-/* Each of the six triangles' corners is off by 1/25 pixel across and 3/4 of a step (1/4096 of the
- * distance) in depth, `off` in all. A torus of 24 x 12 has no triangle lower than 7 units, so each
- * normal is tilted by less than 2 sqrt(2) off/7, and so is their sum. It is summed in whole numbers,
- * where the largest triangle has 2^15 / 8 / 4 or more; the smallest has 1/4 of its area and six of
- * them are 1500: half of a unit each is 6 sqrt(3)/2 / 1500. */
-static void recomputed_normals_are_those_of_the_mesh(void)
+/* The height of the lowest triangle, and the area of the smallest over that of the largest. */
+static double lowest_triangle(double *least)
+{
+    double low = HUGE_VAL, small = HUGE_VAL, large = 0;
+    for (unsigned i = 0; i < mesh.triangles; i++) {
+        double normal[3], side = 0;
+        pm_normal(&model, i, normal);
+        double area = sqrt(pm_dot(normal, normal));
+        for (unsigned k = 0; k < 3; k++) {
+            double edge[3];
+            pm_minus(model.at[mesh.corner[i][k]], model.at[mesh.corner[i][(k + 1) % 3]], edge);
+            side = fmax(side, sqrt(pm_dot(edge, edge)));
+        }
+        low = fmin(low, area / side);
+        small = fmin(small, area);
+        large = fmax(large, area);
+    }
+    *least = small / large;
+    return low;
+}
+
+/* Each corner of the triangles around a vertex is off by 1/25 pixel across and 3/4 of a step (1/4096
+ * of the distance) in depth, `off` in all, so each normal is tilted by less than 2 sqrt(2) off over
+ * the triangle's height, and so is their sum. It is summed in whole numbers, where the largest
+ * triangle has 2^15 / 8 / 4 or more; the smallest has `least` of its area, and six of them have
+ * half a unit each too much. */
+static void compare_normals(wg_size size, double shown)
 {
     static double sum[PC_VERTICES][3];
-    const wg_size size = {128, 128};
-    memset(&mesh, 0, sizeof mesh);
-    pc_part(&mesh);
-    pc_torus(&mesh, 24, 12, 30, 12);
-    mesh.part[mesh.parts++] = 100; /* a seam between two parts does not show */
     for (uint8_t projection = 0; projection < 2; projection++) {
         pc_open(&scene, &mesh, projection, WG_SHADING_SMOOTH, size);
         for (unsigned n = 0; n < 10; n++) {
-            pc_camera c = {dice(-180, 180), dice(-90, 90), 0, {0, 0, 0}, dice(150, 300), 100};
+            pc_camera c = {dice(-180, 180), dice(-90, 90), 0, {0, 0, 0}, dice(150, 300), shown};
             pc_look(&scene, &c);
             pm_make(&model, &mesh, &scene, projection == WG_ORTHOGRAPHIC);
+            double least, height = lowest_triangle(&least);
             model_normals(sum);
-            double off = hypot(1.3 * 100 / 128.0 / 25 * 1.4, 0.75 * c.distance / 4096);
+            double off = hypot(1.3 * shown / size.height / 25 * 1.4, 0.75 * c.distance / 4096);
             for (unsigned i = 0; i < mesh.vertices; i++) {
                 const int16_t *raw = scene.normals + 3 * i;
                 double got[3] = {raw[0], raw[1], raw[2]};
-                CHECK(angle(got, sum[i]) < 2 * sqrt(2) * off / 7 + 3 * sqrt(3) / 1500);
+                CHECK(angle(got, sum[i]) <
+                      2 * sqrt(2) * off / height + 3 * sqrt(3) / (6 * 1024 * least));
             }
         }
         pc_close(&scene);
     }
+}
+
+/* The second one is shown so large that its edges do not fit in 15 bits. */
+static void recomputed_normals_are_those_of_the_mesh(void)
+{
+    const wg_size size = {128, 128}, large = {400, 400};
+    memset(&mesh, 0, sizeof mesh);
+    pc_part(&mesh);
+    pc_torus(&mesh, 24, 12, 30, 12);
+    mesh.part[mesh.parts++] = 100; /* a seam between two parts does not show */
+    compare_normals(size, 100);
+    memset(&mesh, 0, sizeof mesh);
+    pc_part(&mesh);
+    pc_torus(&mesh, 6, 5, 30, 12);
+    compare_normals(large, 45);
 }
 
 /* The vertices' directions stand in for normals. Entries of the turned matrix have 14 bits; 2. */

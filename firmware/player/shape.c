@@ -166,8 +166,8 @@ void wg_pose_set_normals(wg_pose *pose, const int32_t *values, uint16_t bases,
 
 /* ---- vertices -------------------------------------------------------------------------------- */
 
-/* Components of a range of vertices and their sums. No count here exceeds the caller's array, so
- * `unsigned` holds it where that has 16 bits. */
+/* Components of a range of vertices and their sums. No count here exceeds the caller's array and no
+ * place in a block its bytes, so `unsigned` holds them where it has 16 bits. */
 typedef struct {
     uint32_t first, end; /* vertices */
     int32_t *acc;

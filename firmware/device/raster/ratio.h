@@ -39,7 +39,7 @@ void wg_ratio_divide(wg_ratio *r, uint32_t a);
 /* r = r b within 2^-28 of it. */
 void wg_ratio_times(wg_ratio *r, const wg_ratio *b);
 
-/* round(a r), off by another 2^(31 - r.bits) at the most. */
+/* round(a r), off by another 2^(32 - r.bits) at the most: the product is cut to 32 bits. */
 int32_t wg_ratio_mul(int32_t a, const wg_ratio *r);
 
 #endif

@@ -181,7 +181,8 @@ static void project(const wg_view *view, const int32_t *at, int over, wg_vertex 
         }
         if (place(view, at, &f, v)) {
             int32_t z = wg_scaled(at[2], 12 - over);
-            v->z = (uint16_t)(z > 0x7fff ? 0x7fff : z);
+            /* A depth that is counted coarsely may come out nearer than the nearest plane. */
+            v->z = (uint16_t)fix_clamp(z, view->distance >> 16, 0x7fff);
             return;
         }
     }
