@@ -70,8 +70,8 @@ build/tests/test_%: tests/test_%.c $(PURE_SRC) $(PURE_H)
 	@mkdir -p $(@D)
 	gcc $(PURE_CF) $< $(PURE_SRC) -o $@ -lm
 # this one includes the firmware's loop
-build/tests/test_device_loop: PURE_CF += -Ihal -Ifirmware firmware/panel/none/panel.c
-build/tests/test_device_loop: firmware/main.c firmware/panel/none/panel.c
+build/tests/test_device_loop: PURE_CF += -Ihal -Ifirmware firmware/panel/none.c
+build/tests/test_device_loop: firmware/main.c firmware/panel/none.c
 build/tests/replay: tests/fuzz/replay.c $(PURE_SRC) $(PURE_H)
 	@mkdir -p $(@D)
 	gcc $(PURE_CF) $(filter %.c,$^) -o $@
@@ -139,8 +139,10 @@ $(CLIP_C): $(filter build/nod.wgl,$(CLIP))
 $(CLIP_B)/clip.h: $(CLIP_C) FORCE
 	@mkdir -p $(@D)
 	@cp $(basename $(CLIP)).h $@
-# without a display nothing of shapes and pictures is linked
-SCREEN  := $(if $(filter main.c,$(notdir $(PROGRAM))),$(if $(filter-out none,$(PANEL)),firmware/screen.c) firmware/panel/$(PANEL)/panel.c)
+# chips that are alike share a file; without a display nothing of shapes and pictures is linked
+PANEL_ili9341 := st7789
+PANEL_ssd0303 := ssd1306
+SCREEN  := $(if $(filter main.c,$(notdir $(PROGRAM))),$(if $(filter-out none,$(PANEL)),firmware/screen.c) firmware/panel/$(or $(PANEL_$(PANEL)),$(PANEL)).c)
 $(IMAGE): $(PROGRAM) $(SCREEN) $(CLIP_C) $(CLIP_B)/clip.h $(HAL_O) $B/libdevice.a $B/libplayer.a FORCE
 	$(CC) $(filter-out -MMD -MP,$(CFLAGS)) $(IMAGE_I) -DBOARD_FRAMES=$(FRAMES) \
 	    $(filter %.c %.o %.a,$^) -Wl,--gc-sections $(LD) -o $@

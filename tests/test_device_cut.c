@@ -196,6 +196,23 @@ static void lines_are_drawn_where_edges_are_seen(void)
     }
 }
 
+/* Nobody shares its edges: each is drawn by this triangle alone, cut where it enters and where it
+ * leaves. */
+static void a_lone_triangle_keeps_its_edges(void)
+{
+    const pc_camera c = {0, 0, 0, {0, 0, 0}, 100, 10};
+    memset(&mesh, 0, sizeof mesh);
+    pc_part(&mesh);
+    pc_triangle(&mesh, pc_vertex(&mesh, -250, -1, 0), pc_vertex(&mesh, 3, -2, 0),
+                pc_vertex(&mesh, 2, 3, 0));
+    open_scene(WG_PERSPECTIVE, WG_SHADING_WIRE);
+    pc_look(&scene, &c);
+    pm_make(&model, &mesh, &scene, 0);
+    pc_draw(&scene);
+    check_lines(1);
+    pc_close(&scene);
+}
+
 /* All of a wall has one brightness, however its triangles are cut: here it is the room's own axes
  * that decide. Corners are kept to 1/16 pixel and 2 steps of a wall that is thousands long; 2. */
 static void a_cut_wall_has_one_brightness(void)
@@ -452,6 +469,7 @@ int main(void)
 {
     TEST(inside_a_room_every_pixel_is_a_wall);
     TEST(lines_are_drawn_where_edges_are_seen);
+    TEST(a_lone_triangle_keeps_its_edges);
     TEST(a_cut_wall_has_one_brightness);
     TEST(cut_neighbours_leave_no_crack);
     TEST(huge_triangles_are_drawn_right);

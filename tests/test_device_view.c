@@ -211,9 +211,9 @@ static double lowest_triangle(double *least)
 /* Each corner of the triangles around a vertex is off by 1/25 pixel across and 3/4 of a step (1/4096
  * of the distance) in depth, `off` in all, so each normal is tilted by less than 2 sqrt(2) off over
  * the triangle's height, and so is their sum. It is summed in whole numbers, where the largest
- * triangle has 2^15 / 8 / 4 or more; the smallest has `least` of its area, and six of them have
- * half a unit each too much. */
-static void compare_normals(wg_size size, double shown)
+ * triangle has `room` or more: 2^14 over the next power of two of the triangles around a vertex. The
+ * smallest has `least` of its area; each is half a unit off, which is as much of the sum. */
+static void compare_normals(wg_size size, double shown, double room)
 {
     static double sum[PC_VERTICES][3];
     for (uint8_t projection = 0; projection < 2; projection++) {
@@ -229,14 +229,15 @@ static void compare_normals(wg_size size, double shown)
                 const int16_t *raw = scene.normals + 3 * i;
                 double got[3] = {raw[0], raw[1], raw[2]};
                 CHECK(angle(got, sum[i]) <
-                      2 * sqrt(2) * off / height + 3 * sqrt(3) / (6 * 1024 * least));
+                      2 * sqrt(2) * off / height + sqrt(3) / 2 / (room * least));
             }
         }
         pc_close(&scene);
     }
 }
 
-/* The second one is shown so large that its edges do not fit in 15 bits. */
+/* The second one is shown so large that its edges do not fit in 15 bits; in the third, 31 triangles
+ * around a vertex add up in one direction. */
 static void recomputed_normals_are_those_of_the_mesh(void)
 {
     const wg_size size = {128, 128}, large = {400, 400};
@@ -244,11 +245,20 @@ static void recomputed_normals_are_those_of_the_mesh(void)
     pc_part(&mesh);
     pc_torus(&mesh, 24, 12, 30, 12);
     mesh.part[mesh.parts++] = 100; /* a seam between two parts does not show */
-    compare_normals(size, 100);
+    compare_normals(size, 100, 2048);
     memset(&mesh, 0, sizeof mesh);
     pc_part(&mesh);
     pc_torus(&mesh, 6, 5, 30, 12);
-    compare_normals(large, 45);
+    compare_normals(large, 45, 2048);
+    memset(&mesh, 0, sizeof mesh);
+    pc_part(&mesh);
+    unsigned middle = pc_vertex(&mesh, 0, 0, 0);
+    for (unsigned i = 0; i < 31; i++) {
+        double a = 8 * atan(1) * i / 31;
+        pc_triangle(&mesh, middle, middle + 1 + i, middle + 1 + (i + 1) % 31);
+        pc_vertex(&mesh, 80 * cos(a), 80 * sin(a), 0);
+    }
+    compare_normals(large, 200, 512);
 }
 
 /* The vertices' directions stand in for normals. Entries of the turned matrix have 14 bits; 2. */

@@ -11,6 +11,9 @@
 #define PANEL_HEAD    8
 
 #define PANEL_ADDRESS 0x3du
+#define PANEL_COLUMN  WG_SSD0303_COLUMN
+
+#define PANEL_SETUP(step) wg_ssd0303_setup(step)
 
 #include "../panel_calls.h"
 

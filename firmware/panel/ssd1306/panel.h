@@ -11,6 +11,9 @@
 #define PANEL_HEAD    8
 
 #define PANEL_ADDRESS 0x3cu
+#define PANEL_COLUMN  WG_SSD1306_COLUMN
+
+#define PANEL_SETUP(step) wg_ssd1306_setup(&(const wg_ssd1306)WG_SSD1306_128X64, step)
 
 #include "../panel_calls.h"
 

@@ -8,6 +8,7 @@
 #define PANEL_ALIGN_X 1
 #define PANEL_ALIGN_Y 1
 #define PANEL_HEAD    0
+#define PANEL_GLASS   WG_ST7789_240X240
 
 #ifndef PANEL_ROWS
 #define PANEL_ROWS 8

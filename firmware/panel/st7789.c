@@ -1,10 +1,10 @@
-/* ILI9341 on SPI. SPDX-License-Identifier: MIT */
+/* ST7789 and ILI9341 on SPI. SPDX-License-Identifier: MIT */
 #include "panel.h"
 
 #include "hal.h"
 #include "mipi_dcs.h"
 
-static const wg_dcs glass = WG_ILI9341_320X240;
+static const wg_dcs glass = PANEL_GLASS;
 
 static void send(const wg_step *step)
 {

@@ -1,4 +1,4 @@
-/* SSD0303 on I2C: the address of a page and its pixels in one write.
+/* SSD1306 and SSD0303 on I2C: the address of a page and its pixels in one write.
  * SPDX-License-Identifier: MIT */
 #include "panel.h"
 
@@ -10,7 +10,7 @@ void panel_start(void)
     uint8_t bytes[WG_SSD1306_I2C_BYTES];
     wg_step step;
     int answer = 0;
-    for (uint8_t i = 0; (step = wg_ssd0303_setup(i)).count > 0; i++) {
+    for (uint8_t i = 0; (step = PANEL_SETUP(i)).count > 0; i++) {
         answer |= hal_i2c_write(PANEL_ADDRESS, bytes, wg_ssd1306_i2c(&step, bytes));
     }
     if (answer < 0) {
@@ -23,7 +23,7 @@ void panel_draw(const wg_picture *picture, wg_rect rect, uint32_t *pixels)
 {
     uint8_t *bytes = (uint8_t *)pixels;
     uint16_t count = (uint16_t)wg_pixels_pages(picture, rect, pixels, bytes);
-    wg_step window = wg_ssd1306_window(rect, WG_SSD0303_COLUMN);
+    wg_step window = wg_ssd1306_window(rect, PANEL_COLUMN);
     bytes -= 2u * window.count + 1u;
     wg_ssd1306_i2c(&window, bytes);
     bytes[2u * window.count] = WG_SSD1306_DATA;
