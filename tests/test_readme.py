@@ -47,7 +47,7 @@ with open(os.path.join(work, "clip.h"), "w") as f:
 with open(os.path.join(work, "example.c"), "w") as f:
     f.write(example + MAIN)
 check("the C example", *shell("gcc -std=c99 -Wall -Wextra -Iinclude -Ifirmware/player/mem/near -Ibuild -Ibuild/readme "
-                              "build/readme/example.c build/nod.c firmware/player/*.c -o build/readme/example && build/readme/example"))
+                              "build/readme/example.c build/nod.c firmware/player/*.c firmware/player/kernel/plain/*.c -o build/readme/example && build/readme/example"))
 for name in sorted(set(re.findall(r"\]\(([A-Za-z_/.]+)\)", readme))):
     check("link " + name, os.path.exists(os.path.join(ROOT, name)))
 print("%d passed, %d failed" % (passed, failed))
