@@ -13,7 +13,7 @@
 #define HEIGHT 64u
 #define FRAMES 4u
 #ifndef PICTURE_ROWS
-#define PICTURE_ROWS 8u /* CPU=... -DPICTURE_ROWS=1 where memory is short: the same bytes */
+#define PICTURE_ROWS 8u /* fewer where memory is short: the same bytes */
 #endif
 
 void tall_bands(void);

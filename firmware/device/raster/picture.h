@@ -82,7 +82,7 @@ typedef struct {
     uint8_t fresh;          /* not 0: nothing of this view has been sent yet, all is dirty */
 } wg_picture;
 
-/* View 0, all bases, the view's shading. Change `bases`, `shading`, `normals_every` afterwards at
+/* Of a clip that has a view: view 0, all bases, the view's shading. Change `bases`, `shading`, `normals_every` afterwards at
  * will, or the view with wg_picture_look. */
 void wg_picture_init(wg_picture *picture, const wg_file *file, wg_size size,
                      const wg_picture_memory *memory);
