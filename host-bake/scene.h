@@ -96,9 +96,9 @@ typedef struct {
         tolerance; /* largest distance of a posed vertex from where it should be; 0 = 1/500 of the
                          diagonal of the box around all frames */
     int bases;     /* at most; 0 = as many as the tolerance takes, WG_BASES_MAX at the most */
-    int bits;      /* 8, 16, 0 = whichever is smaller within the tolerance */
+    int bits;      /* 8, 16, 0 = the first bases 16 where that takes fewer bytes, the others 8 */
     int mean;      /* 1: rest is the frames' mean, 0: uncentred, as the thesis has it */
-    int affine;    /* 1, 0, -1 = whichever takes fewer bytes */
+    int affine;    /* 1, 0, -1 = one of these or rotations, whichever takes fewer bytes */
     int every;     /* the bases come from every n-th frame, the others are projected */
     int pieces; /* a sequence is cut into so many, each with bases of its own beside shared ones */
     scene_normals normals;

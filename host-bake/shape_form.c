@@ -71,6 +71,15 @@ void shape_form_free(shape_form *form)
     memset(form, 0, sizeof *form);
 }
 
+int shape_basis_bits(const shape_form *form, int basis)
+{
+    int bits = form->bits;
+    for (int i = 0; i < 3 * form->vertex_count && bits == 8; i++) {
+        bits = form->basis[basis].entry[i] % 256 != 0 ? 16 : 8;
+    }
+    return bits;
+}
+
 /* A track's own record, a run's and its last knot; knots of 4 bytes, their times being shared by the
  * tracks of a clip. What does not change takes a HELD run. */
 #define TRACK_BYTES 30
@@ -103,7 +112,8 @@ size_t shape_estimate(const shape_mesh *m, const shape_mesh *way)
         moving += (size_t)moves;
     }
     for (int j = 0; j < form->basis_count; j++) {
-        total += WG_BASIS_BYTES + WG_BLOCK_BYTES / 2 + moving * 3 * (size_t)form->bits / 8;
+        size_t bits = (size_t)shape_basis_bits(form, j);
+        total += WG_BASIS_BYTES + WG_BLOCK_BYTES / 2 + moving * 3 * bits / 8;
         total += WG_CHANNEL_BYTES + track_bytes(m, form->basis[j].weight, 1);
     }
     for (int i = 0; way->turn && i < (int)WG_AFFINE_CHANNELS; i++) {

@@ -61,8 +61,7 @@ static double *frame_normals(const shape_mesh *m)
     return N;
 }
 
-/* C^T, n rows of which the first k + 1 count; or the mean alone when the weights do not tell their
- * bases apart. */
+/* C, column by column. Where the weights do not tell their bases apart it is the shortest solution. */
 static double *fit(const shape_mesh *m, const double *N, int k)
 {
     int n = m->frame_count, rows = 3 * m->mesh.vertex_count, tall = n > k + 1 ? n : k + 1;

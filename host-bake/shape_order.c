@@ -103,17 +103,18 @@ typedef struct {
     shape_block *at;
 } block_list;
 
-/* Bytes of one vertex of one basis. */
-static size_t vertex_bytes(const shape_form *form)
+int shape_block_bits(const shape_form *form, const shape_block *block)
 {
-    return form->bits == 8 ? 3 : 6;
+    int wide = shape_basis_bits(form, block->a) == 16;
+    return wide || (block->b >= 0 && shape_basis_bits(form, block->b) == 16) ? 16 : 8;
 }
 
 size_t shape_block_bytes(const shape_form *form, const shape_block *block)
 {
     size_t n = 3 * (size_t)block->count;
     size_t pair = block->b >= 0 ? 2 : 1;
-    n = form->bits == 8 ? (block->b >= 0 ? (n + 1) / 2 * 2 : n) * pair : 2 * n * pair;
+    n = shape_block_bits(form, block) == 8 ? (block->b >= 0 ? (n + 1) / 2 * 2 : n) * pair
+                                           : 2 * n * pair;
     return WG_BLOCK_BYTES + (n + 3) / 4 * 4;
 }
 
@@ -136,7 +137,8 @@ static int moved(const shape_form *form, int basis, int vertex)
 static block_list find_blocks(const shape_form *form, int a, int b)
 {
     block_list list = {0, NULL};
-    size_t wide = vertex_bytes(form) * (b >= 0 ? 2 : 1);
+    const shape_block both = {a, b, 0, 0};
+    size_t wide = (shape_block_bits(form, &both) == 8 ? 3 : 6) * (b >= 0 ? 2u : 1u);
     for (int i = 0; i < form->vertex_count; i++) {
         if (!moved(form, a, i) && (b < 0 || !moved(form, b, i))) {
             continue;

@@ -42,10 +42,10 @@ static int pack_basis(const build *b, const shape_form *form, const shape_basis 
 }
 
 /* Component i of a basis; an odd block in 8 bits has one more, which is 0. */
-static void put_entry(const shape_form *form, int basis, int first, const int i[2], bytes *data)
+static void put_entry(const int16_t *entry, int bits, const int i[2], bytes *data)
 {
-    int value = i[0] < i[1] ? form->basis[basis].entry[3 * first + i[0]] : 0;
-    if (form->bits == 8) {
+    int value = i[0] < i[1] ? entry[i[0]] : 0;
+    if (bits == 8) {
         put8(data, (uint32_t)(value / 256) & 255u);
     } else {
         put16(data, (uint32_t)value & 65535u);
@@ -55,12 +55,14 @@ static void put_entry(const shape_form *form, int basis, int first, const int i[
 /* The table of SPEC 4.15. */
 static void put_entries(const shape_form *form, const shape_block *block, bytes *data)
 {
-    int n = 3 * block->count, group = form->bits == 8 && block->b >= 0 ? 2 : 1;
+    int bits = shape_block_bits(form, block);
+    int n = 3 * block->count, group = bits == 8 && block->b >= 0 ? 2 : 1;
     for (int i = 0; i < n; i += group) {
         for (int half = 0; half < (block->b >= 0 ? 2 : 1); half++) {
             for (int k = 0; k < group; k++) {
                 const int at[2] = {i + k, n};
-                put_entry(form, half ? block->b : block->a, block->first, at, data);
+                const shape_basis *basis = &form->basis[half ? block->b : block->a];
+                put_entry(basis->entry + 3 * block->first, bits, at, data);
             }
         }
     }
@@ -74,7 +76,7 @@ static void pack_block(const shape_form *form, const shape_block *block, packed 
     put16(o, block->b < 0 ? WG_ABSENT : (uint32_t)block->b);
     put16(o, (uint32_t)block->first);
     put16(o, (uint32_t)block->count);
-    put8(o, (uint32_t)form->bits);
+    put8(o, (uint32_t)shape_block_bits(form, block));
     put8(o, 0);
     put16(o, 0);
     put32(o, (uint32_t)data->count);

@@ -27,7 +27,8 @@ typedef struct {
     int rows, columns;        /* 3 m, n */
     double *residual;         /* column-major */
     const shape_affine *turn; /* a column, or NULL: what the error is seen through */
-    int bits, every;
+    int bits;                 /* 8, 16, 0 = each basis what it takes */
+    int every;
     int count, most; /* bases, and how many there may be */
     shape_basis *basis;
 } shape_reduction;
@@ -38,12 +39,15 @@ typedef struct {
 } shape_span;
 
 /* Adds bases of `piece` that are 0 outside `span` until no vertex of it is off by more than `limit`,
- * or there are `most`. Weights are then made the best for the stored bases together. */
+ * or there are `most`: then they are the plain principal components. */
 int shape_reduce(shape_reduction *r, shape_span span, int piece, double limit, bake_error *error);
 
 /* Largest distance of a posed vertex in the span. */
 double shape_reduction_worst(const shape_reduction *r, shape_span span);
 void shape_reduction_free(shape_reduction *r);
+
+/* How long d is, seen through `turn` if there is one. */
+double shape_distance(const shape_affine *turn, const double d[3]);
 
 /* entry = vector, rounded so that its largest component is 32767 or 127 * 256; returns that
  * component. */
@@ -51,6 +55,32 @@ double shape_quantise(const double *vector, int rows, int bits, int16_t *entry);
 
 /* The stored value of an entry, with the largest as 1. */
 double shape_entry(int bits, int16_t entry);
+
+/* ---- shape_weigh.c: directions for the least largest error ------------------------------------ */
+typedef struct {
+    int count, enough; /* the first `enough` meet the limit in doubles; count + 1: all do not */
+    double *B;         /* rows x count, column-major */
+} shape_directions;
+
+/* What is left of the span in at most r->most - r->count directions; without the limit being met
+ * they are the plain ones. */
+int shape_weigh(const shape_reduction *r, shape_span span, double limit, shape_directions *out,
+                bake_error *error);
+
+/* ---- shape_refit.c: weights of given bases ---------------------------------------------------- */
+
+/* Q: rows x used stored bases, linearly independent or not. E: the span's columns, what is left of
+ * them on return. X: used x span.count, added to: weights by least squares, of frames beyond `limit`
+ * for the least largest error. Returns the largest distance. */
+typedef struct {
+    const shape_reduction *r;
+    shape_span span;
+    double limit;
+    int used;
+    const double *Q;
+} shape_design;
+
+double shape_refit(const shape_design *d, double *E, double *X);
 
 /* ---- the stages of one mesh ------------------------------------------------------------------- */
 int shape_solve_frames(const scene *s, shape_mesh *m, bake_error *error); /* shape_solve.c */

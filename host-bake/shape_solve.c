@@ -1,7 +1,7 @@
 /* One animated mesh: which of the ways to store it takes the fewest bytes.
- * Source: own, on Alexa 2002, 7.2. Candidates are every allowed combination of affine motion, bits
- * and shared bases; each is reduced until what it leaves, seen through the affine motion, is within
- * the bases' share of the tolerance.
+ * Source: own, on Alexa 2002, 7.2. Candidates are every allowed combination of the whole's motion
+ * (none, rotations, affine) and shared bases; each is reduced until what it leaves, seen through that
+ * motion, is within the bases' share of the tolerance.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "shape_parts.h"
 
@@ -80,10 +80,14 @@ static shape_span piece_span(const shape_mesh *m, int piece)
     return span;
 }
 
+/* What moves the mesh as a whole. Rotations never magnify what the bases leave; least squares [Alexa
+ * 7.2] does by as much as it had flattened a frame. */
+enum { WHOLE_NONE, WHOLE_AFFINE, WHOLE_ROTATED, WHOLE_KINDS };
+
 /* The first frame about its centroid is what the others are turned to [Alexa 7.2]. One frame that
  * has no good affine map makes all of them rotations: motion between frames that are taken apart in
  * two ways would not be smooth. Returns 0 when the whole does not move. */
-static int take_turns(const shape_mesh *m, candidate *c)
+static int take_turns(const shape_mesh *m, int kind, candidate *c)
 {
     int n = m->mesh.vertex_count;
     double *reference = bake_alloc((size_t)n * 3, sizeof *reference), most = 0;
@@ -93,7 +97,8 @@ static int take_turns(const shape_mesh *m, candidate *c)
     for (int i = 0; i < 3 * n; i++) {
         reference[i] = m->frame[0][i] - centre.c[i % 3];
     }
-    for (int f = 0; f < m->frame_count; f++) {
+    c->way.rotated = kind == WHOLE_ROTATED;
+    for (int f = 0; f < m->frame_count && !c->way.rotated; f++) {
         c->way.rotated |= shape_affine_fit(m->frame[f], reference, n, &c->way.turn[f]) < 0;
     }
     for (int f = 0; f < m->frame_count; f++) {
@@ -113,12 +118,12 @@ static int take_turns(const shape_mesh *m, candidate *c)
     return most > c->limit * c->limit * STILL_SHARE * STILL_SHARE;
 }
 
-static void normalise(const shape_mesh *m, int affine, candidate *c)
+static void normalise(const shape_mesh *m, int kind, candidate *c)
 {
     int n = m->mesh.vertex_count;
     size_t rows = 3 * (size_t)n;
     c->y = bake_alloc(rows * (size_t)m->frame_count, sizeof *c->y);
-    if (affine && !take_turns(m, c)) {
+    if (kind != WHOLE_NONE && !take_turns(m, kind, c)) {
         free(c->way.turn);
         c->way.turn = NULL;
         c->way.rotated = 0;
@@ -211,7 +216,7 @@ static int reduce(const shape_mesh *m, const scene_mesh *from, int shared, candi
     shape_reduction r = {.rows = 3 * m->mesh.vertex_count,
                          .columns = m->frame_count,
                          .turn = c->way.turn,
-                         .bits = c->way.form.bits,
+                         .bits = from->bits,
                          .every = from->every,
                          .most = shared < 0 ? most : shared};
     const shape_span all = {0, m->frame_count};
@@ -251,7 +256,7 @@ static void candidate_free(candidate *c)
 }
 
 /* One way to store the frames. A weight beyond 16 bits takes coarser units, once: it halves. */
-static int try_way(const scene_mesh *from, const shape_mesh *m, const int way[3], candidate *c,
+static int try_way(const scene_mesh *from, const shape_mesh *m, const int way[2], candidate *c,
                    bake_error *error)
 {
     int err = 0;
@@ -260,9 +265,9 @@ static int try_way(const scene_mesh *from, const shape_mesh *m, const int way[3]
     normalise(m, way[0], c);
     for (int off = 0; off < 3 && err == 0; off++) {
         shape_form_free(&c->way.form);
-        c->way.form.bits = way[1];
+        c->way.form.bits = from->bits == 16 ? 16 : 8;
         place_rest(m, from->mean, off, c);
-        err = reduce(m, from, way[2], c, error);
+        err = reduce(m, from, way[1], c, error);
         if (err == 0 && largest_weight(m, &c->way.form) <= 32000) {
             break;
         }
@@ -280,7 +285,7 @@ static int better(const candidate *a, const candidate *b)
     return good != other ? good : good ? a->bytes < b->bytes : a->way.left < b->way.left;
 }
 
-static int keep_better(const scene_mesh *from, const shape_mesh *m, const int way[3],
+static int keep_better(const scene_mesh *from, const shape_mesh *m, const int way[2],
                        candidate *best, bake_error *error)
 {
     candidate c;
@@ -357,7 +362,7 @@ int shape_solve_frames(const scene *s, shape_mesh *m, bake_error *error)
 {
     const scene_mesh *from = &s->meshes[m->index];
     candidate best;
-    int err = 0, first[3], end[3], way[3];
+    int err = 0, way[2];
     memset(&best, 0, sizeof best);
     if (!m->frame) {
         stack(m, from->pieces > 1 ? from->pieces : 1);
@@ -367,19 +372,16 @@ int shape_solve_frames(const scene *s, shape_mesh *m, bake_error *error)
         return bake_fail(error, "%s:%d: mesh %s: all its vertices are in one place", s->path,
                          from->line, from->name);
     }
-    first[0] = from->affine < 0 ? 0 : from->affine;
-    end[0] = from->affine < 0 ? 1 : from->affine;
-    first[1] = from->bits == 0 ? 8 : from->bits;
-    end[1] = from->bits == 0 ? 16 : from->bits;
-    for (way[0] = first[0]; way[0] <= end[0] && err == 0; way[0]++) {
-        for (way[1] = first[1]; way[1] <= end[1] && err == 0; way[1] += 8) {
-            way[2] = -1;
+    for (way[0] = 0; way[0] < WHOLE_KINDS && err == 0; way[0]++) {
+        if (from->affine >= 0 && way[0] != from->affine) {
+            continue;
+        }
+        way[1] = -1;
+        err = keep_better(from, m, way, &best, error);
+        int whole = best.way.form.basis_count;
+        for (int q = 0; q < 4 && m->piece_count > 1 && err == 0; q++) {
+            way[1] = whole * q / 4;
             err = keep_better(from, m, way, &best, error);
-            int whole = best.way.form.basis_count;
-            for (int q = 0; q < 4 && m->piece_count > 1 && err == 0; q++) {
-                way[2] = whole * q / 4;
-                err = keep_better(from, m, way, &best, error);
-            }
         }
     }
     if (err == 0) {

@@ -5,6 +5,7 @@
 
 #include "certify_shapes.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <stdio.h>
@@ -19,18 +20,36 @@ static const shape_aim first_aim = {0.92, 0.3};
 
 static int decompose(const scene *s, shape_mesh *m, bake_error *error)
 {
-    const scene_mesh *from = &s->meshes[m->index];
     int err = m->mesh.frames_count > 0 ? shape_solve_frames(s, m, error)
                                        : shape_solve_shapes(s, m, error);
     if (err < 0) {
         return -1;
     }
-    if (m->mesh.vertex_count > 65535) {
-        return bake_fail(error, "%s:%d: mesh %s has %d vertices; the format holds 65535", s->path,
-                         from->line, from->name, m->mesh.vertex_count);
-    }
     shape_solve_normals(s, m);
     return 0;
+}
+
+/* Arrays as large as all frames that are there at the same time: frames, normalised, residual, what
+ * LAPACK is given and gives, what a choice leaves; measured: 5.4. */
+#define COPIES 6
+
+/* The machine has the memory for it, or it would be stopped without a message. */
+static int check_memory(const scene *s, const shape_mesh *m, bake_error *error)
+{
+    const scene_mesh *from = &s->meshes[m->index];
+    double frames = 0, gigabyte = 1 << 30;
+    double memory = (double)sysconf(_SC_PHYS_PAGES) * (double)sysconf(_SC_PAGESIZE) / gigabyte;
+    for (int i = 0; i < m->mesh.frames_count; i++) {
+        frames += m->mesh.frames[i].count;
+    }
+    double need = COPIES * 3 * sizeof(double) * frames * m->mesh.vertex_count / gigabyte;
+    return need <= memory
+               ? 0
+               : bake_fail(error,
+                           "%s:%d: mesh %s: %.0f frames of %d vertices take %.1f GB to decompose, "
+                           "this machine has %.1f: name fewer `frames`, or lower `rate`",
+                           s->path, from->line, from->name, frames, m->mesh.vertex_count, need,
+                           memory);
 }
 
 /* What a decomposition leaves behind, for the next one. */
@@ -65,6 +84,9 @@ static int load(const scene *s, int verbose, shapes *out, bake_error *error)
         err = mesh_load(s, i, &m->mesh, error);
         out->count += err == 0;
         progress(verbose, m, s);
+        if (err == 0) {
+            err = check_memory(s, m, error);
+        }
         if (err == 0) {
             err = decompose(s, m, error);
         }
@@ -103,8 +125,9 @@ void shapes_free(shapes *sh)
     memset(sh, 0, sizeof *sh);
 }
 
-/* Less for the curves; from the second time on less for the bases too: by as much as the finished
- * file was too far off, and a little more. 0: the mesh is good, or there are no bases to be had. */
+/* Less for the curves, by what they took of the room that the bases left; from the second time on less
+ * for the bases too: by as much as the finished file was too far off, and a little more. 0: the mesh is
+ * good, or there are no bases to be had. */
 static int tighten(shape_mesh *m, const certificate_mesh *row)
 {
     double ratio = 0.98 * row->tolerance / row->largest;
@@ -112,9 +135,12 @@ static int tighten(shape_mesh *m, const certificate_mesh *row)
         m->left > m->aim.bases * m->tolerance) {
         return 0;
     }
-    m->aim.bases *= m->tries == 0 ? 1 : ratio < 0.5 ? 0.5 : ratio;
-    m->aim.curves *= 0.5;
-    m->stale = 1;
+    double room = 0.98 - m->left / m->tolerance, took = row->largest / m->tolerance - 0.98 + room;
+    if (m->tries > 0) {
+        m->aim.bases *= ratio < 0.5 ? 0.5 : ratio;
+        m->stale = 1;
+    }
+    m->aim.curves *= m->tries > 0 ? 0.5 : fmax(0.5, fmin(0.9, room / took));
     m->tries++;
     return 1;
 }
@@ -127,7 +153,11 @@ static int try_bake(scene *s, int verbose, shapes *sh, build *b, bake_error *err
         return -1;
     }
     wg_file file;
-    wg_open(&file, b->file.at, (uint32_t)b->file.count);
+    if (wg_open(&file, b->file.at, (uint32_t)b->file.count) < 0 || wg_open_shapes(&file) < 0) {
+        build_free(b);
+        return bake_fail(error, "%s: the player refuses the finished file: the baker has a fault",
+                         s->path);
+    }
     for (int i = 0; i < sh->count; i++) {
         certificate_mesh row;
         certify_mesh(b, &file, i, &row);

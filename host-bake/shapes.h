@@ -77,7 +77,12 @@ void shapes_free(shapes *sh);
 /* The whole bake of a scene, with or without meshes. Free `b` before `out`. */
 int shapes_bake(scene *s, int verbose, shapes *out, build *b, bake_error *error);
 
-/* Bytes of a form's block data, as packed. */
+/* Bits that a basis takes: those of the form, or 16 in a form of 8 where entries are not multiples of
+ * 256. */
+int shape_basis_bits(const shape_form *form, int basis);
+
+/* Bytes of a form's block data, as packed; bits of its components. */
+int shape_block_bits(const shape_form *form, const shape_block *block);
 size_t shape_block_bytes(const shape_form *form, const shape_block *block);
 
 /* What the player makes of a form's stored integers, in doubles and before the affine part:

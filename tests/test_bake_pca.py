@@ -73,7 +73,8 @@ def faerie_meets_two_tolerances_as_numpy_sees_it():
                                  "[46, 65], rate: 10 Hz}]"))
         far = max(both_ways(shown.frames(0, 9, 6), frames[40:46], tolerance),
                   both_ways(shown.frames(1, 10, 20), frames[46:66], tolerance))
-        assert far <= row["error_max"] * 1.0000001 and row["error_max"] <= tolerance, (far, row)
+        # the baker has the file's coordinates as floats: sqrt 3 times half of 2^-18 below 64
+        assert far <= row["error_max"] + 4e-6 and row["error_max"] <= tolerance, (far, row)
         sizes.append(row["bytes"]["bases"])
     assert sizes[0] < sizes[1], sizes
 
@@ -106,7 +107,9 @@ def turning_cloth_is_shown_with_and_without_its_turns():
     # the cloth is nearly flat at times, so that no affine map is well conditioned
     assert rows[0]["whole"] == "rotation" and rows[1]["whole"] == "none"
     assert rows[0]["bytes"]["whole"] > 0 == rows[1]["bytes"]["whole"]
-    assert rows[0]["bases"] < rows[1]["bases"]
+    # turned and moved, the rest shape alone is off by the waves only
+    still = [row["levels"][0]["error_rms"] for row in rows]
+    assert still[0] < still[1] / 2, still
 
 
 def pieces_are_in_use_one_at_a_time():
