@@ -191,7 +191,7 @@ static int make_curve(const scene *s, const scene_clip *clip, int i, author_clip
 
 static double longest(const scene_clip *clip, const author_clip *a)
 {
-    double end = 0;
+    double end = clip->shown;
     for (int i = 0; i < clip->curve_count; i++) {
         const scene_curve *c = &clip->curves[i];
         if (c->kind == CURVE_CAPTURED) {

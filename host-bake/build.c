@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "build.h"
 #include "fit.h"
+#include "shapes.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,8 +20,11 @@ static int fit_clip(build *b, int i, bake_error *error)
                                b->tolerance[c->channel]};
         if (fit_track(&p, &b->track[i][j], error) < 0) {
             bake_error inner = *error;
-            return bake_fail(error, "%s:%d: clip %s, channel %s: %s", s->path, c->line,
-                             s->clips[i].name, s->channels[c->channel].name, inner.text);
+            int made = b->shapes && c->channel >= b->shapes->channel_first;
+            return bake_fail(error, "%s:%d: clip %s, channel %s: %.700s%s", s->path, c->line,
+                             s->clips[i].name, s->channels[c->channel].name, inner.text,
+                             made ? " (a mesh's own channel: it follows the mesh's tolerance)"
+                                  : "");
         }
     }
     return 0;
@@ -38,13 +42,13 @@ int build_make(const scene *s, int verbose, build *b, bake_error *error)
     return build_make_shapes(s, NULL, verbose, b, error);
 }
 
-int build_make_shapes(const scene *s, const struct shapes *shapes, int verbose, build *b,
+int build_make_shapes(const scene *s, const struct shapes *sh, int verbose, build *b,
                       bake_error *error)
 {
     int err = 0;
     memset(b, 0, sizeof *b);
     b->scene = s;
-    b->shapes = shapes;
+    b->shapes = sh;
     b->clip = bake_alloc((size_t)s->clip_count, sizeof *b->clip);
     b->track = bake_alloc((size_t)s->clip_count, sizeof *b->track);
     b->frac = bake_alloc((size_t)s->channel_count, sizeof *b->frac);

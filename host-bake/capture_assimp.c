@@ -8,6 +8,7 @@
  * AI_CONFIG_IMPORT_NO_SKELETON_MESHES forbids it.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "capture.h"
+#include "isolate.h"
 #include "scene_names.h"
 
 #include <assimp/cimport.h>
@@ -19,6 +20,9 @@
 #include <string.h>
 
 #define PI 3.14159265358979323846
+
+/* A sample a millisecond for a day. */
+#define CAPTURE_SAMPLES_MAX 86400000
 
 /* Assimp leaves 0 where a format says nothing; 25 is what its own tools then use. */
 static const double default_ticks = 25;
@@ -210,6 +214,8 @@ static int read_scene(capture_reader *r, const struct aiScene *file)
 {
     int index = r->source->animation;
     if (file == NULL)
+        isolate_complaint(aiGetErrorString());
+    if (file == NULL)
         return bake_fail(r->error, "%s:%d: '%s' cannot be read: %s", r->scene_path, r->curve->line,
                          r->source->file, aiGetErrorString());
     if (file->mRootNode == NULL || (unsigned)index >= file->mNumAnimations)
@@ -221,8 +227,11 @@ static int read_scene(capture_reader *r, const struct aiScene *file)
     return read_channel(r, file, file->mAnimations[index]);
 }
 
-int capture_read_node(capture_reader *r)
+static int read_here(void *what, isolate_note *now, bake_error *error)
 {
+    capture_reader *r = what;
+    r->error = error;
+    isolate_now(now, r->curve->line, r->source->file);
     struct aiPropertyStore *settings = aiCreatePropertyStore();
     aiSetImportPropertyInteger(settings, AI_CONFIG_IMPORT_NO_SKELETON_MESHES, 1);
     /* Otherwise an FBX joint is a chain of helper nodes, none of which has the joint's name. */
@@ -232,4 +241,34 @@ int capture_read_node(capture_reader *r)
     aiReleaseImport(file);
     aiReleasePropertyStore(settings);
     return err;
+}
+
+static void send(const void *what, FILE *to)
+{
+    const capture *c = ((const capture_reader *)what)->out;
+    fwrite(&c->count, sizeof c->count, 1, to);
+    fwrite(c->time, sizeof *c->time, (size_t)c->count, to);
+    fwrite(c->value, sizeof *c->value, (size_t)c->count, to);
+}
+
+static int take(void *what, FILE *from)
+{
+    capture *c = ((capture_reader *)what)->out;
+    int count;
+    if (fread(&count, sizeof count, 1, from) != 1 || count < 2 || count > CAPTURE_SAMPLES_MAX)
+        return -1;
+    c->time = isolate_get(from, (size_t)count, sizeof *c->time);
+    c->value = isolate_get(from, (size_t)count, sizeof *c->value);
+    c->count = count;
+    int good = c->time != NULL && c->value != NULL;
+    for (int i = 0; i < count && good; i++)
+        good = isfinite(c->time[i]) && isfinite(c->value[i]) &&
+               (i == 0 || c->time[i] > c->time[i - 1]);
+    return good ? 0 : -1;
+}
+
+int capture_read_node(capture_reader *r)
+{
+    const isolate_job job = {r->scene_path, r, read_here, send, take};
+    return isolate(&job, r->error);
 }

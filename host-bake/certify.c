@@ -39,6 +39,7 @@ static int check_match(const build *b, const wg_file *file, bake_error *error)
                file->section[WG_SECTION_FILTERS].count == s->filter_count &&
                file->section[WG_SECTION_TRIGGERS].count == s->trigger_count;
     int meshes = b->shapes ? b->shapes->count : 0;
+    good = good && wg_open_shapes(file) >= 0; /* or nothing may look at its vertices */
     good = good && file->section[WG_SECTION_VIEWS].count == s->view_count;
     for (int i = 0, shape = 0; good && i < meshes; shape += 1 + b->shapes->mesh[i++].has_normals) {
         good = file->section[WG_SECTION_SHAPES].count > shape &&

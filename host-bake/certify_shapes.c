@@ -3,6 +3,7 @@
  * 7.4).
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "certify_shapes.h"
+#include "command.h"
 #include "record.h"
 #include "shapes.h"
 
@@ -89,7 +90,7 @@ static void additive_truth(look *l)
     memcpy(l->truth, m->rest, rows * sizeof *l->truth);
     for (int j = 0; j < m->shape_count; j++) {
         int channel = l->m->form.basis[j].channel;
-        double value = ldexp(l->values[channel], -l->b->frac[channel]);
+        double value = channel_unit(l->file, channel, l->values[channel]);
         for (size_t i = 0; i < rows; i++) {
             l->truth[i] += value * (m->shape[(size_t)j * rows + i] - m->rest[i]);
         }
@@ -100,8 +101,8 @@ static void set_shapes(look *l, int which)
 {
     for (int j = 0; j < l->m->mesh.shape_count; j++) {
         int channel = l->m->form.basis[j].channel;
-        double value = which < 0 || which == j;
-        l->values[channel] = (int32_t)floor(ldexp(value, l->b->frac[channel]) + 0.5);
+        double one = 1 / channel_unit(l->file, channel, 1); /* a power of two */
+        l->values[channel] = which < 0 || which == j ? (int32_t)fmin(one, WG_VALUE_LIMIT) : 0;
     }
 }
 

@@ -39,6 +39,28 @@ static const char *clip_of(const build *b, const certificate_mesh *r)
     return r->clip < 0 ? "(shapes)" : b->scene->clips[r->clip].name;
 }
 
+/* Where it is worst, as a person would look for it. */
+#define PLACE_BYTES 160
+
+static const char *place_of(const build *b, const certificate_mesh *r, char text[PLACE_BYTES])
+{
+    const shape_form *form = &b->shapes->mesh[r->mesh].form;
+    if (r->largest <= 0) {
+        snprintf(text, PLACE_BYTES, "exact");
+    } else if (r->clip >= 0) {
+        snprintf(text, PLACE_BYTES, "in %.64s at %.3f s, frame %d, vertex %d",
+                 b->scene->clips[r->clip].name, r->when, r->frame, r->vertex);
+    } else if (r->frame >= 0 && r->frame < form->basis_count) {
+        snprintf(text, PLACE_BYTES, "with %.64s at 1, vertex %d",
+                 b->scene->channels[form->basis[r->frame].channel].name, r->vertex);
+    } else {
+        snprintf(text, PLACE_BYTES, "%s, vertex %d",
+                 r->frame < 0 && form->basis_count > 0 ? "with all shapes at 1" : "at rest",
+                 r->vertex);
+    }
+    return text;
+}
+
 static void print_levels(const certificate_mesh *r, FILE *to)
 {
     for (int k = 0; r->level && k <= r->bases; k++) {
@@ -56,16 +78,17 @@ void certificate_print_meshes(const build *b, const certificate *c, FILE *to)
     static const char *const AFFINE[] = {"not moved as a whole", "moved as a whole",
                                          "turned as a whole"};
     if (c->mesh_count > 0) {
-        fputs("meshes (posed against loaded, every vertex of every frame)\n"
+        fputs("meshes (posed against loaded, every vertex of every frame; lengths in the scene's "
+              "unit)\n"
               "  mesh            vertices triangles  bases  bits   largest       rms tolerance\n",
               to);
     }
     for (int i = 0; i < c->mesh_count; i++) {
         const certificate_mesh *r = &c->mesh[i];
-        fprintf(to,
-                "  %-14s %9d %9d %6d %5d %9.3g %9.3g %9.3g at %s %.3f s, frame %d, vertex %d%s\n",
+        char place[PLACE_BYTES];
+        fprintf(to, "  %-14s %9d %9d %6d %5d %9.3g %9.3g %9.3g %s%s\n",
                 b->scene->meshes[r->mesh].name, r->vertices, r->triangles, r->bases, r->bits,
-                r->largest, r->rms, r->tolerance, clip_of(b, r), r->when, r->frame, r->vertex,
+                r->largest, r->rms, r->tolerance, place_of(b, r, place),
                 r->largest > r->tolerance ? "  OVER" : "");
         fprintf(to,
                 "    %s; at most %d bases at work; bytes: rest %zu, bases %zu, weights %zu, "
@@ -146,14 +169,14 @@ void certificate_print_mesh_failures(const build *b, const certificate *c, FILE 
         const certificate_mesh *r = &c->mesh[i];
         const scene_mesh *m = &b->scene->meshes[r->mesh];
         double step = ldexp(1, -b->shapes->mesh[i].form.frac);
+        char place[PLACE_BYTES];
         if (r->largest <= r->tolerance) {
             continue;
         }
         fprintf(to,
-                "FAILED: mesh %s is off by %.3g in clip %s at %.3f s, frame %d, vertex %d, with %d "
-                "bases of %d bits; the tolerance is %.3g: ",
-                m->name, r->largest, clip_of(b, r), r->when, r->frame, r->vertex, r->bases, r->bits,
-                r->tolerance);
+                "FAILED: mesh %s is off by %.3g %s, with %d bases of %d bits; the tolerance is "
+                "%.3g: ",
+                m->name, r->largest, place_of(b, r, place), r->bases, r->bits, r->tolerance);
         if (r->tolerance < FEW_STEPS * step) {
             fprintf(to, "coordinates are stored in steps of %.3g here: raise it to %.3g\n", step,
                     FEW_STEPS * step);

@@ -102,28 +102,44 @@ static int report(const build *b, const wg_file *file, size_t size, const option
     return err < 0 ? EXIT_FAILED : failed ? EXIT_TOLERANCE : EXIT_DONE;
 }
 
-static int bake_scene(const char *path, const char *out, const option *options, bake_error *error)
+/* What was baked just now, or `clip` from disk. */
+static int judge(const build *b, const char *clip, const option *options, bake_error *error)
+{
+    clip_disk disk;
+    if (clip == NULL) {
+        wg_file file;
+        wg_open(&file, b->file.at, (uint32_t)b->file.count);
+        return report(b, &file, b->file.count, options, error);
+    }
+    if (clip_read(clip, &disk, error) < 0) {
+        return EXIT_FAILED;
+    }
+    int code = report(b, &disk.file, disk.size, options, error);
+    clip_release(&disk);
+    return code;
+}
+
+/* Bakes a scene, judges that or `clip`, and writes `out` if all is well. */
+static int bake_scene(const char *path, const char *clip, const char *out, const option *options,
+                      bake_error *error)
 {
     scene s;
     shapes sh;
     build b;
-    wg_file file;
     if (scene_load(path, &s, error) < 0) {
         return EXIT_FAILED;
     }
     int code = EXIT_FAILED;
     if (shapes_bake(&s, option_value(options, "--quiet") == NULL, &sh, &b, error) == 0) {
-        wg_open(&file, b.file.at, (uint32_t)b.file.count);
-        code = report(&b, &file, b.file.count, options, error);
+        code = judge(&b, clip, options, error);
         if (code == EXIT_DONE && out && write_clip(&b, out, error) < 0) {
             code = EXIT_FAILED;
         }
         if (code == EXIT_TOLERANCE) {
             bake_fail(error,
                       "%s: a channel or mesh misses its tolerance, or the target is too small (the "
-                      "certificate says so, FAILED); "
-                      "nothing was written",
-                      path);
+                      "certificate says so, FAILED)%s",
+                      clip ? clip : path, out ? "; nothing was written" : "");
         }
         build_free(&b);
         shapes_free(&sh);
@@ -148,36 +164,7 @@ int command_bake(int argc, char **argv, bake_error *error)
                       option_value(options, "-o"));
     }
     return count < 0 ? EXIT_USAGE
-                     : bake_scene(words[0], option_value(options, "-o"), options, error);
-}
-
-/* A clip from disk against the scene it should have been baked from. */
-static int check_clip(const char *path, const char *clip, const option *options, bake_error *error)
-{
-    scene s;
-    shapes sh;
-    build b;
-    clip_disk disk;
-    if (scene_load(path, &s, error) < 0) {
-        return EXIT_FAILED;
-    }
-    int code = EXIT_FAILED;
-    if (shapes_bake(&s, option_value(options, "--quiet") == NULL, &sh, &b, error) == 0) {
-        if (clip_read(clip, &disk, error) == 0) {
-            code = report(&b, &disk.file, disk.size, options, error);
-            clip_release(&disk);
-        }
-        build_free(&b);
-        shapes_free(&sh);
-    }
-    scene_free(&s);
-    if (code == EXIT_TOLERANCE) {
-        bake_fail(error,
-                  "%s: a channel or mesh misses its tolerance, or the target is too small (the "
-                  "certificate says so, FAILED)",
-                  clip);
-    }
-    return code;
+                     : bake_scene(words[0], NULL, option_value(options, "-o"), options, error);
 }
 
 int command_check(int argc, char **argv, bake_error *error)
@@ -192,6 +179,5 @@ int command_check(int argc, char **argv, bake_error *error)
     if (count < 0) {
         return EXIT_USAGE;
     }
-    return count == 1 ? bake_scene(words[0], NULL, options, error)
-                      : check_clip(words[0], words[1], options, error);
+    return bake_scene(words[0], count == 2 ? words[1] : NULL, NULL, options, error);
 }

@@ -18,6 +18,9 @@ enum { PC2_HEADER = 32, MDD_HEADER = 8, XYZ = 12 };
 /* What PC2 counts in; the format does not say how long one is. */
 static const double frames_a_second = 30;
 
+/* As for a 'rate' in the scene. */
+static const double rate_least = 1e-3;
+
 typedef struct {
     const char *path;
     FILE *file;
@@ -147,6 +150,9 @@ static int read_cache(const mesh_reader *r, cache *c, const scene_motion *motion
         return -1;
     if (motion->rate <= 0 && c->rate > 0)
         out->rate = c->rate;
+    if (out->rate < rate_least || out->rate > SCENE_RATE_MAX)
+        return mesh_fail(r, c->path, "has %g frames a second; say with 'rate' how many are meant",
+                         out->rate);
     return read_points(r, c, motion, out);
 }
 

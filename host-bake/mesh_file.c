@@ -87,6 +87,10 @@ static void place_node(mesh_file *out, const struct aiScene *file, const struct 
                             .node = node->mName.data,
                             .first = out->vertex_count};
         memcpy(place.to, to.at, sizeof place.to);
+        if (place.mesh->mNumVertices > MESH_PLACES_MAX - out->vertex_count) {
+            out->too_large = 1;
+            return;
+        }
         out->places = bake_grow(out->places, (size_t)out->place_count + 1, sizeof place);
         out->places[out->place_count++] = place;
         out->vertex_count += (int)place.mesh->mNumVertices;
@@ -144,6 +148,8 @@ static int add_polygons(const mesh_reader *r, mesh_file *f)
 static int number_and_list(const mesh_reader *r, mesh_file *f)
 {
     mesh_places(r, f->file, f);
+    if (f->too_large)
+        return mesh_fail(r, f->path, "has more than %.0f vertices: reduce it", MESH_PLACES_MAX);
     if (f->vertex_count == 0)
         return mesh_fail(r, f->path, "holds no mesh");
     f->id = bake_alloc((size_t)f->vertex_count, sizeof(int));
@@ -162,10 +168,13 @@ int mesh_file_open(const mesh_reader *r, const char *path, int keyframe, mesh_fi
     aiSetImportPropertyInteger(settings, AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, 0);
     /* Otherwise lower.md3 brings head.md3 and upper.md3 along. */
     aiSetImportPropertyInteger(settings, AI_CONFIG_IMPORT_MD3_HANDLE_MULTIPART, 0);
+    isolate_now(r->now, r->line, path);
     out->file = aiImportFileExWithProperties(path, 0, NULL, settings);
     aiReleasePropertyStore(settings);
-    if (out->file == NULL)
+    if (out->file == NULL) {
+        isolate_complaint(aiGetErrorString());
         return mesh_fail(r, path, "cannot be read: %s", aiGetErrorString());
+    }
     if (number_and_list(r, out)) {
         mesh_file_close(out);
         return -1;

@@ -1,4 +1,5 @@
 /* Loads a mesh with all that the scene asks for: rest pose, triangles, frames, shapes; then welds.
+ * All of that happens in a process of its own, because files may be damaged.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "mesh_read.h"
 
@@ -15,12 +16,27 @@ static int add_motion(mesh_reader *r, int clip, int motion, mesh *out)
     return mesh_read_motion(r, from, frames);
 }
 
+/* Each motion is within the limit when it is read. */
+static int check_total(const mesh_reader *r, const mesh *m)
+{
+    double frames = 0;
+    for (int i = 0; i < m->frames_count; i++)
+        frames += m->frames[i].count;
+    return frames * r->rest.id_count <= MESH_PLACES_MAX
+               ? 0
+               : mesh_fail(r, r->rest.path,
+                           "is shown with %.0f frames of %d vertices in all clips; a bake holds "
+                           "%.0f: name fewer with 'frames', or lower 'rate'",
+                           frames, r->rest.id_count, MESH_PLACES_MAX / r->rest.id_count);
+}
+
 static int add_motions(mesh_reader *r, int index, mesh *out)
 {
     const scene *s = r->s;
     for (int i = 0; i < s->clip_count; i++)
         for (int j = 0; j < s->clips[i].motion_count; j++)
-            if (s->clips[i].motions[j].mesh == index && add_motion(r, i, j, out))
+            if (s->clips[i].motions[j].mesh == index &&
+                (add_motion(r, i, j, out) || check_total(r, out)))
                 return -1;
     return 0;
 }
@@ -45,6 +61,9 @@ static int add_shape(mesh_reader *r, const scene_shape *shape, double *at)
 static int add_shapes(mesh_reader *r, mesh *out)
 {
     size_t values = 3 * (size_t)r->rest.id_count;
+    if ((double)r->mesh->shape_count * r->rest.id_count > MESH_PLACES_MAX)
+        return mesh_fail(r, r->rest.path, "has %d vertices, too many for %d shapes: reduce it",
+                         r->rest.id_count, r->mesh->shape_count);
     out->shape_count = r->mesh->shape_count;
     out->shape = bake_alloc((size_t)out->shape_count * values, sizeof(double));
     for (int i = 0; i < out->shape_count; i++)
@@ -75,22 +94,47 @@ static int read_all(mesh_reader *r, int index, mesh *out)
     return mesh_triangles(r, out) || mesh_weld(r, out) ? -1 : 0;
 }
 
-int mesh_load(const scene *s, int index, mesh *out, bake_error *error)
+typedef struct {
+    const scene *s;
+    int index;
+    mesh *out;
+} loading;
+
+static int load_here(void *what, isolate_note *now, bake_error *error)
 {
-    mesh_reader r = {
-        .s = s, .mesh = &s->meshes[index], .error = error, .line = s->meshes[index].line};
-    *out = (mesh){0};
+    const loading *l = what;
+    const scene_mesh *from = &l->s->meshes[l->index];
+    mesh_reader r = {.s = l->s, .mesh = from, .error = error, .line = from->line, .now = now};
     char *path = rest_path(&r);
     if (path == NULL)
         return -1;
     int err = mesh_file_open(&r, path, 0, &r.rest);
     if (err == 0)
-        err = read_all(&r, index, out);
+        err = read_all(&r, l->index, l->out);
     mesh_file_close(&r.rest);
     free(path);
     if (err)
-        mesh_free(out);
+        mesh_free(l->out);
     return err;
+}
+
+static void send(const void *what, FILE *to)
+{
+    mesh_send(((const loading *)what)->out, to);
+}
+
+static int take(void *what, FILE *from)
+{
+    const loading *l = what;
+    return mesh_take(l->s, l->index, from, l->out);
+}
+
+int mesh_load(const scene *s, int index, mesh *out, bake_error *error)
+{
+    loading l = {s, index, out};
+    const isolate_job job = {s->path, &l, load_here, send, take};
+    *out = (mesh){0};
+    return isolate(&job, error);
 }
 
 void mesh_free(mesh *m)

@@ -95,5 +95,6 @@ int mesh_obj_ids(const mesh_reader *r, mesh_file *f)
     free(text);
     return err == 0 ? 0
                     : mesh_fail(r, f->path,
-                                "has vertices that cannot be numbered; is it a text in UTF-8?");
+                                "has vertices that cannot be numbered: a vertex is a line of its "
+                                "own that begins with 'v' and a blank, in UTF-8");
 }

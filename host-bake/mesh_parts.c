@@ -89,6 +89,7 @@ static void add_triangles(const mesh_reader *r, const mesh_place *place, mesh *o
 
 int mesh_triangles(mesh_reader *r, mesh *out)
 {
+    isolate_now(r->now, r->line, r->rest.path);
     r->rest.file = aiApplyPostProcessing(r->rest.file, aiProcess_Triangulate);
     if (r->rest.file == NULL)
         return mesh_fail(r, r->rest.path, "cannot be cut into triangles: %s", aiGetErrorString());

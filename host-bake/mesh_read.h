@@ -5,13 +5,17 @@
 #ifndef BAKE_MESH_READ_H
 #define BAKE_MESH_READ_H
 
+#include "isolate.h"
 #include "mesh.h"
 
 #include <assimp/scene.h>
 
-/* Frames of one motion, and vertices times frames: 1.5 GB of doubles. */
+/* Frames of one motion, and vertices times frames or shapes of one mesh: 1.6 GB of doubles. */
 #define MESH_FRAMES_MAX 65535
 #define MESH_PLACES_MAX 67108864.0
+
+/* Indices of vertices and triangles have 16 bits. */
+#define MESH_VERTICES_MAX 65535
 
 /* One mesh of the file, where a node puts it. */
 typedef struct {
@@ -25,6 +29,7 @@ typedef struct {
     const char *path;
     const struct aiScene *file;
     int place_count, vertex_count, id_count;
+    int too_large; /* some vertices are not counted */
     mesh_place *places;
     int *id;      /* vertex_count */
     int ordered;  /* ids are the file's own order of vertices */
@@ -37,6 +42,7 @@ typedef struct {
     const scene_mesh *mesh;
     bake_error *error;
     int line; /* of the scene file: what asks for what is being read */
+    isolate_note *now;
     mesh_file rest;
 } mesh_reader;
 
@@ -111,5 +117,10 @@ int mesh_triangles(mesh_reader *r, mesh *out);
 /* Makes vertices of ids: those that coincide in every pose become one; what no triangle with three
  * different corners uses is dropped. */
 int mesh_weld(const mesh_reader *r, mesh *m);
+
+/* From the process that reads meshes to the baker. mesh_take: 0, or -1 when what comes is no mesh
+ * that scene.meshes[index] could be. */
+void mesh_send(const mesh *m, FILE *to);
+int mesh_take(const scene *s, int index, FILE *from, mesh *out);
 
 #endif

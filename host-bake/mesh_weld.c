@@ -6,9 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Indices of vertices and triangles have 16 bits. */
-enum { VERTICES_MAX = 65535 };
-
 typedef struct {
     int count, vertices;
     double **at; /* of rest, every frame, every shape: vertices x 3 */
@@ -159,9 +156,11 @@ int mesh_weld(const mesh_reader *r, mesh *m)
     free(p.at);
     if (m->triangle_count == 0)
         return mesh_fail(r, r->rest.path, "has no triangle with three different corners");
-    if (m->vertex_count > VERTICES_MAX || m->triangle_count > VERTICES_MAX)
-        return mesh_fail(r, r->rest.path,
-                         "has %d vertices and %d triangles; a shape holds 65535 of each",
-                         m->vertex_count, m->triangle_count);
+    if (m->vertex_count > MESH_VERTICES_MAX || m->triangle_count > MESH_VERTICES_MAX)
+        return mesh_fail(
+            r, r->rest.path,
+            "has %d vertices and %d triangles; a shape holds %d of each: reduce it, or "
+            "split it into several meshes",
+            m->vertex_count, m->triangle_count, MESH_VERTICES_MAX);
     return 0;
 }

@@ -78,6 +78,9 @@ typedef struct {
     char *file, *target; /* one of them NULL; file as the baker opens it */
 } scene_shape;
 
+/* Additive shapes of a mesh: a bit each where vertices are sorted by what moves them. */
+#define MESH_SHAPES_MAX 64
+
 /* What a mesh shades its triangles by. */
 typedef enum { NORMALS_NONE, NORMALS_FIXED, NORMALS_INTERPOLATED } scene_normals;
 
@@ -151,6 +154,7 @@ typedef struct {
     char *name;
     int line;
     double duration;
+    double shown; /* how long the frames of its meshes take; shapes_make finds it */
     int end;      /* WG_END_* */
     int additive; /* 0 or 1 */
     int event_count, curve_count, motion_count;

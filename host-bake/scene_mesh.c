@@ -57,9 +57,9 @@ static int read_shapes(loader *l, const yaml_mesh *from, scene_mesh *to)
 {
     if (from->shapes_count == 0)
         return 0;
-    if (from->shapes_count > WG_BASES_MAX)
-        return loader_fail(l, "shapes", "'shapes' has %u entries; the clip format holds %u",
-                           from->shapes_count, WG_BASES_MAX);
+    if (from->shapes_count > MESH_SHAPES_MAX)
+        return loader_fail(l, "shapes", "'shapes' has %u entries; a mesh has at most %d",
+                           from->shapes_count, MESH_SHAPES_MAX);
     if (check_fields(l))
         return -1;
     to->shape_count = (int)from->shapes_count;

@@ -135,7 +135,7 @@ static void order_vertices(shape_mesh *m)
     free(moves);
 }
 
-int shape_solve_shapes(const scene *s, shape_mesh *m, bake_error *error)
+void shape_solve_shapes(const scene *s, shape_mesh *m)
 {
     const scene_mesh *from = &s->meshes[m->index];
     double box[2][3], size = 0;
@@ -145,11 +145,6 @@ int shape_solve_shapes(const scene *s, shape_mesh *m, bake_error *error)
         size += (box[1][k] - box[0][k]) * (box[1][k] - box[0][k]);
     }
     m->tolerance = from->tolerance > 0 ? from->tolerance : sqrt(size) / 500;
-    if (m->mesh.shape_count > (int)WG_BASES_MAX) {
-        free(d);
-        return bake_fail(error, "%s:%d: mesh %s has %d shapes; at most %u", s->path, from->line,
-                         from->name, m->mesh.shape_count, WG_BASES_MAX);
-    }
     free(d);
     d = differences(m, m->aim.bases * m->tolerance / (16 * fmax(1, m->mesh.shape_count)));
     for (int bits = from->bits == 16 ? 16 : 8; bits <= (from->bits == 8 ? 8 : 16); bits += 8) {
@@ -171,5 +166,4 @@ int shape_solve_shapes(const scene *s, shape_mesh *m, bake_error *error)
     order_vertices(m);
     shape_make_blocks(&m->form);
     free(d);
-    return 0;
 }

@@ -245,13 +245,15 @@ static void attach_turns(scene *s, shape_mesh *m, double share)
     free(value);
 }
 
-/* Frames that a clip has no time for would be cut off, and a loop would not meet its beginning. */
-static int check_lengths(const scene *s, const shape_mesh *m, bake_error *error)
+/* Without a duration a clip lasts as long as its frames, moved by some curve or not. Frames that it
+ * has no time for would be cut off, and a loop would not meet its beginning. */
+static int set_lengths(const scene *s, const shape_mesh *m, bake_error *error)
 {
     for (int i = 0; i < m->mesh.frames_count; i++) {
         const mesh_frames *f = &m->mesh.frames[i];
-        const scene_clip *clip = &s->clips[f->clip];
+        scene_clip *clip = &s->clips[f->clip];
         double end = shape_frame_time(f, f->count - 1 + shape_loops(s, f));
+        clip->shown = fmax(clip->shown, f->count > 1 ? end : shape_frame_time(f, 1));
         if (clip->duration > 0 && clip->duration < end - 1e-9) {
             return bake_fail(error,
                              "%s:%d: clip %s lasts %g s, the frames of mesh %s take %g s: leave "
@@ -274,7 +276,7 @@ static int attach(scene *s, shape_mesh *m, bake_error *error)
     if (m->frame_count == 0) {
         return 0;
     }
-    if (check_lengths(s, m, error) < 0) {
+    if (set_lengths(s, m, error) < 0) {
         return -1;
     }
     if (s->channel_count + parts > (int)WG_CHANNELS_MAX) {

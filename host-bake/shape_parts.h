@@ -84,7 +84,7 @@ double shape_refit(const shape_design *d, double *E, double *X);
 
 /* ---- the stages of one mesh ------------------------------------------------------------------- */
 int shape_solve_frames(const scene *s, shape_mesh *m, bake_error *error); /* shape_solve.c */
-int shape_solve_shapes(const scene *s, shape_mesh *m, bake_error *error); /* shape_additive.c */
+void shape_solve_shapes(const scene *s, shape_mesh *m);                   /* shape_additive.c */
 void shape_solve_normals(const scene *s, shape_mesh *m);                  /* shape_normals.c */
 void shape_vertex_normals(const mesh *m, const double *at, double *normal);
 

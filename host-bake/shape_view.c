@@ -8,17 +8,18 @@
 /* Room about the picture's content. */
 #define BORDER 1.06
 
+/* Of the radius about the target: a mesh that is flat and seen from its edge has no height. */
+#define LEAST_SIZE 0.25
+
 /* Distance in picture heights at the target: a field of view of 22 degrees. */
 #define DISTANCE 2.5
 
-/* Calls for every vertex of every frame, and of the rest pose where there are none. */
+/* Frame f; of a mesh without frames its rest pose, then its shapes. */
 static const double *pose(const shape_mesh *m, int f)
 {
     return m->frame_count > 0 ? m->frame[f]
            : f == 0           ? m->mesh.rest
-           : f <= m->mesh.shape_count
-               ? m->mesh.shape + (size_t)(f - 1) * 3 * (size_t)m->mesh.vertex_count
-               : NULL;
+                              : m->mesh.shape + (size_t)(f - 1) * 3 * (size_t)m->mesh.vertex_count;
 }
 
 static int pose_count(const shape_mesh *m)
@@ -126,7 +127,7 @@ static double fit_size(const scene *s, const shapes *sh, const scene_view *v)
                                                              : fmin(0.95, radius / distance);
         size = 2 * radius / sqrt(1 - share * share);
     }
-    return BORDER * size;
+    return BORDER * fmax(size, LEAST_SIZE * radius);
 }
 
 void shape_fit_views(scene *s, const shapes *sh)

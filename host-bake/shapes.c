@@ -20,9 +20,9 @@ static const shape_aim first_aim = {0.92, 0.3};
 
 static int decompose(const scene *s, shape_mesh *m, bake_error *error)
 {
-    int err = m->mesh.frames_count > 0 ? shape_solve_frames(s, m, error)
-                                       : shape_solve_shapes(s, m, error);
-    if (err < 0) {
+    if (m->mesh.frames_count == 0) {
+        shape_solve_shapes(s, m);
+    } else if (shape_solve_frames(s, m, error) < 0) {
         return -1;
     }
     shape_solve_normals(s, m);

@@ -58,12 +58,17 @@ static int smaller(int a, int b)
     return a < b ? a : b;
 }
 
-/* The size of the picture in this window. */
+static int between(int value, int least, int most)
+{
+    return value < least ? least : smaller(value, most);
+}
+
+/* The size of the picture in this window, which may be too small for any. */
 static wg_size size_in(const viewer *v, const image *window)
 {
     const panel *on = panel_at(v->panel);
-    int width = smaller(window->width, PAINTER_SIZE_MAX);
-    int height = smaller(window->height - VIEWER_BAR, PAINTER_SIZE_MAX);
+    int width = between(window->width, PAINTER_SIZE_MIN, PAINTER_SIZE_MAX);
+    int height = between(window->height - VIEWER_BAR, PAINTER_SIZE_MIN, PAINTER_SIZE_MAX);
     return on->size.width > 0 ? on->size : (wg_size){(uint16_t)width, (uint16_t)height};
 }
 

@@ -49,7 +49,7 @@
 #define WG_SERVOS_MAX   64u
 #define WG_MATRIX_MAX   8u
 #define WG_SHAPES_MAX   16u
-#define WG_BASES_MAX    64u /* of one shape */
+#define WG_BASES_MAX    128u /* of one shape */
 #define WG_PARTS_MAX    64u
 #define WG_VIEWS_MAX    16u
 #define WG_NONE         255u       /* no clip, no mask */

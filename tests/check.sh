@@ -62,6 +62,7 @@ step "screens of the emulators" $python tests/test_screens.py
 step "command line" $python tests/test_bake_cli.py
 step "filters, captures, limits" $python tests/test_bake_filters.py
 step "meshes to bases" $python tests/test_bake_pca.py
+step "damaged files" $python tests/test_bake_damage.py
 step "talking face" $python tests/test_bake_face.py
 step "pictures" $python tests/test_bake_pictures.py
 step "window" $python tests/test_view.py

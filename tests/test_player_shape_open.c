@@ -311,7 +311,7 @@ static int open_with(unsigned kind, unsigned count)
         if (kind == WG_SECTION_SHAPES && i > 0) {
             build_shape(&b, &shape);
         } else if (kind == WG_SECTION_BASES) {
-            if (i % WG_BASES_MAX == 0 && i > 0 && i < 1024) {
+            if (i % WG_BASES_MAX == 0 && i > 0 && i < 2048) {
                 build_shape(&b, &shape);
             }
             build_basis(&b, 0, 1, 1);
@@ -334,7 +334,7 @@ static void accepts_the_most_records_and_no_more(void)
         uint8_t kind;
         uint16_t most;
     } LIMITS[] = {{WG_SECTION_SHAPES, 16},
-                  {WG_SECTION_BASES, 1024},
+                  {WG_SECTION_BASES, 2048},
                   {WG_SECTION_PARTS, 64},
                   {WG_SECTION_VIEWS, 16}};
     for (unsigned i = 0; i < sizeof LIMITS / sizeof *LIMITS; i++) {
@@ -343,11 +343,11 @@ static void accepts_the_most_records_and_no_more(void)
     }
 }
 
-static void a_shape_has_64_bases_at_most(void)
+static void a_shape_has_128_bases_at_most(void)
 {
     static const int16_t REST[3] = {0, 0, 0};
     const build_shape_data shape = {1, 0, WG_ABSENT, {0, 0, 0}, REST};
-    for (unsigned bases = 64; bases <= 65; bases++) {
+    for (unsigned bases = 128; bases <= 129; bases++) {
         build b = {{{0}}, 1};
         uint32_t size;
         wg_file file;
@@ -359,7 +359,7 @@ static void a_shape_has_64_bases_at_most(void)
         }
         uint8_t *clip = build_finish(&b, &size);
         CHECK_EQ(wg_open(&file, clip, size), 0);
-        CHECK_EQ(wg_open_shapes(&file), bases == 64 ? 0 : WG_ERR_SHAPE);
+        CHECK_EQ(wg_open_shapes(&file), bases == 128 ? 0 : WG_ERR_SHAPE);
         free(clip);
     }
 }
@@ -375,6 +375,6 @@ int main(void)
     TEST(rejects_bad_parts_and_views);
     TEST(every_corner_is_checked);
     TEST(accepts_the_most_records_and_no_more);
-    TEST(a_shape_has_64_bases_at_most);
+    TEST(a_shape_has_128_bases_at_most);
     return check_done();
 }

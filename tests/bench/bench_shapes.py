@@ -38,7 +38,7 @@ import shape_pca
 
 TABLE = os.path.join(shape_clip.ROOT, "tests", "budget", "shapes.csv")
 FINE, COUNTS = (50, 200, 500, 1000), (10 ** 6, 50, 10, 5, 3)
-BASES_MAX = 64
+BASES_MAX = 128
 PARTS = ("bases", "weights", "transforms", "rest", "triangles", "other")
 COLUMNS = ("table", "sequence", "case", "what", "k", "bytes") + PARTS + ("rms", "max", "note")
 

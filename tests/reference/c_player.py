@@ -123,8 +123,8 @@ class CFile:
 class CPose:
     """A shape of a CFile at the moment of some channel values, or of normals beside positions."""
 
-    def __init__(self, c, shape, values, bases=64, positions=None):
-        self.pose, self.weights = Pose(), (ctypes.c_int16 * 64)()
+    def __init__(self, c, shape, values, bases=128, positions=None):
+        self.pose, self.weights = Pose(), (ctypes.c_int16 * 128)()
         LIB.wg_pose_init(self.pose, c.file, shape, self.weights)
         values = (I32 * len(values))(*values)
         if positions:

@@ -31,7 +31,7 @@ def compare_poses(c, shapes, values, rng, check_eq, text):
     """Every shape, at a level of detail, whole and in ranges; then as normals of each other."""
     clip = shapes.clip
     for i, shape in enumerate(clip.shapes):
-        bases = rng.choice((64, 0, 1, rng.randint(0, 64)))
+        bases = rng.choice((128, 0, 1, rng.randint(0, 128)))
         pose, here = CPose(c, i, values, bases), "shape %d, %s" % (i, text)
         want = shapes.pose(i, values, bases)
         check_eq(list(pose.weights)[:shape.basis_count], want.weights, "weights, " + here)
@@ -148,7 +148,7 @@ def golden_shapes_keep_their_vertices(_, check_eq):
         if (time_us, shape) not in cache:
             values = c.sample(index, time_us)[0]
             positions = CPose(c, turns_with.get(shape, shape), values)
-            pose = CPose(c, shape, values, 64, positions) if shape in turns_with else positions
+            pose = CPose(c, shape, values, 128, positions) if shape in turns_with else positions
             cache[time_us, shape] = pose.vertices()
         check_eq(cache[time_us, shape][3 * vertex:3 * vertex + 3], want, row)
     check_eq(len(rows), 1 + 88 * 7, "rows")

@@ -22,7 +22,7 @@ SECTIONS = ("channels clips tracks runs data events masks layers filters trigger
             "names shapes bases blocks parts views").split()
 # 3.2: bytes of a record (0: no fixed size) and most records, by section
 RECORD = (8, 24, 6, 20, 0, 4, 0, 8, 12, 8, 20, 0, 32, 8, 16, 16, 28)
-MOST = (256, 255, 65535, 65535, 65535, 65535, 255, 8, 256, 32, 64, 65535, 16, 1024, 65535, 64, 16)
+MOST = (256, 255, 65535, 65535, 65535, 65535, 255, 8, 256, 32, 64, 65535, 16, 2048, 65535, 64, 16)
 # 6.3: the two pairs of each wave kind
 PAIRS = {OSC: ("exp", "trig"), OSC0: ("unit", "trig"), CRIT: ("exp", "unit"),
          EXP: ("exp", "exp"), EXP0: ("exp", "unit")}

@@ -89,7 +89,7 @@ class Shapes:
 
     def check_shape(self, shape, here):
         need(shape.vertices >= 1 and -8 <= shape.frac <= 20, BadShape, here)
-        need(shape.basis_count <= 64
+        need(shape.basis_count <= 128
              and shape.basis_first + shape.basis_count <= len(self.clip.bases), BadShape,
              here + ": bases")
         need(shape.block_first + shape.block_count <= len(self.clip.blocks), BadShape,
@@ -177,7 +177,7 @@ class Shapes:
         return [flat[0:3], flat[3:6], flat[6:9]], [scaled(v, shape.frac + 8 - f)
                                                    for v, f in pairs[9:]]
 
-    def pose(self, index, values, bases=64):
+    def pose(self, index, values, bases=128):
         shape = self.clip.shapes[index]
         e, t = self.affine(shape, values)
         for n in range(14, 7, -1):
@@ -189,7 +189,7 @@ class Shapes:
         move = [s32(t[r] + 256 * shape.origin[r]) for r in range(3)]
         return Pose(self.weights(shape, values, bases), m, n, move)
 
-    def pose_normals(self, index, values, positions, bases=64):
+    def pose_normals(self, index, values, positions, bases=128):
         """Step 5."""
         m = positions.matrix
 

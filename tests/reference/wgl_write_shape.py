@@ -78,7 +78,7 @@ def any_block(rng, vertices, bases):
 
 
 def any_shape(rng, channels, vertices):
-    bases = rng.choice((0, 1, 2, rng.randint(3, 20), 64))
+    bases = rng.choice((0, 1, 2, rng.randint(3, 20), 128))
     wild = rng.choice((0.02, 0.3))
     return {"frac": rng.randint(-8, 20), "rest": [wgl_write.any_i16(rng, wild)
                                                   for _ in range(3 * vertices)],

@@ -6,12 +6,13 @@
  *   static int16_t weights[CLIP_BASES + 1];
  *   static uint32_t band[WIDTH * ROWS];                  // down to one line
  *
- *   const wg_picture_memory memory = {vertices, shades, NULL, weights};
+ *   const wg_picture_memory memory = {vertices, shades, NULL, weights}; // NULL: see CLIP_NORMALS
+ *   const wg_size size = {WIDTH, HEIGHT}, align = {2, 1};
  *   wg_picture_init(&picture, &file, size, &memory);     // after wg_open_shapes
  *   for (;;) {
  *       wg_player_sample(&player, values);
  *       wg_picture_set(&picture, values);                // every vertex, once
- *       wg_rect dirty = wg_picture_dirty(&picture, 2, 1);        // what may have changed
+ *       wg_rect dirty = wg_picture_dirty(&picture, align);       // what may have changed
  *       for (each band of rows in dirty) {
  *           wg_picture_band(&picture, rect, band);       // the same pixels for every band height
  *           bytes = wg_pixels_grey4(..., band);          // pixels.h; may be in place
@@ -35,7 +36,8 @@ extern "C" {
  *   vertices  one a vertex of every shape that a part has as positions (CLIP_VERTICES)
  *   shades    the same number, or NULL: smooth parts are drawn flat
  *   normals   3 the same number: for smooth parts without normals, which are then recomputed from
- *             the posed triangles; or NULL: such parts are drawn flat
+ *             the posed triangles; or NULL: such parts are drawn flat. CLIP_NORMALS is not 0 if
+ *             the clip has some
  *   weights   the most bases any shape has (CLIP_BASES), or one */
 typedef struct {
     wg_vertex *vertices;
