@@ -118,23 +118,6 @@ static int weights_fit(const scene *s, const shape_form *form)
     return 1;
 }
 
-static void order_vertices(shape_mesh *m)
-{
-    shape_form *form = &m->form;
-    int n = form->vertex_count, *order = bake_alloc((size_t)n, sizeof *order);
-    uint64_t *moves = bake_alloc((size_t)n, sizeof *moves);
-    for (int j = 0; j < form->basis_count; j++) {
-        for (int i = 0; i < 3 * n; i++) {
-            moves[i / 3] |= (uint64_t)(form->basis[j].entry[i] != 0) << j;
-        }
-    }
-    shape_order(moves, n, order);
-    shape_reorder(&m->mesh, order);
-    shape_form_reorder(form, order);
-    free(order);
-    free(moves);
-}
-
 void shape_solve_shapes(const scene *s, shape_mesh *m)
 {
     const scene_mesh *from = &s->meshes[m->index];
@@ -163,7 +146,7 @@ void shape_solve_shapes(const scene *s, shape_mesh *m)
             break;
         }
     }
-    order_vertices(m);
+    shape_order_vertices(m, 1);
     shape_make_blocks(&m->form);
     free(d);
 }

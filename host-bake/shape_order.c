@@ -213,3 +213,20 @@ void shape_make_blocks(shape_form *form)
     free(alone);
     free(done);
 }
+
+void shape_order_vertices(shape_mesh *m, int each)
+{
+    shape_form *form = &m->form;
+    int n = form->vertex_count, *order = bake_alloc((size_t)n, sizeof *order);
+    uint64_t *moves = bake_alloc((size_t)n, sizeof *moves);
+    for (int j = 0; j < form->basis_count; j++) {
+        for (int i = 0; i < 3 * n; i++) {
+            moves[i / 3] |= (uint64_t)(form->basis[j].entry[i] != 0) << (each ? j : 0);
+        }
+    }
+    shape_order(moves, n, order);
+    shape_reorder(&m->mesh, order);
+    shape_form_reorder(form, order);
+    free(order);
+    free(moves);
+}

@@ -97,6 +97,10 @@ void shape_make_blocks(shape_form *form);
  * last. moves: a bit a basis, for each vertex. */
 void shape_order(const uint64_t *moves, int vertices, int *order);
 
+/* Sorts the mesh's vertices: those that no basis moves last [Alexa 7.3.3, N7]; and, if `each`, those
+ * that the same bases move together [N8], for at most 64 bases. */
+void shape_order_vertices(shape_mesh *m, int each);
+
 /* Sets origin and frac for everything between lo and hi, with the values' margin, and for |way| of
  * translation. */
 void shape_scale(shape_form *form, const double lo[3], const double hi[3], double way);

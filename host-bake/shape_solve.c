@@ -340,24 +340,6 @@ static void order_bases(const shape_mesh *m, shape_form *form)
     free(effect);
 }
 
-/* Vertices that some basis moves come first [Alexa 7.3.3]. */
-static void order_vertices(shape_mesh *m)
-{
-    shape_form *form = &m->form;
-    int n = form->vertex_count, *order = bake_alloc((size_t)n, sizeof *order);
-    uint64_t *moves = bake_alloc((size_t)n, sizeof *moves);
-    for (int j = 0; j < form->basis_count; j++) {
-        for (int i = 0; i < 3 * n; i++) {
-            moves[i / 3] |= form->basis[j].entry[i] != 0;
-        }
-    }
-    shape_order(moves, n, order);
-    shape_reorder(&m->mesh, order);
-    shape_form_reorder(form, order);
-    free(order);
-    free(moves);
-}
-
 int shape_solve_frames(const scene *s, shape_mesh *m, bake_error *error)
 {
     const scene_mesh *from = &s->meshes[m->index];
@@ -390,7 +372,7 @@ int shape_solve_frames(const scene *s, shape_mesh *m, bake_error *error)
         m->rotated = best.way.rotated;
         m->left = best.way.left;
         order_bases(m, &m->form);
-        order_vertices(m);
+        shape_order_vertices(m, 0);
         shape_make_blocks(&m->form);
     } else {
         candidate_free(&best);

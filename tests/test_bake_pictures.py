@@ -253,7 +253,7 @@ def usage_errors_name_what_is_wrong():
                             (("--size", "100x801"), "800"), (("--size", "64x64px"), "64x64px"),
                             (("--size", "128x64", "--panel", "ssd0323"), "own size"),
                             (("--at", "-1"), "--at"), (("--at", "soon"), "soon"), (("--bases", "1.5"), "whole"),
-                            (("--bases", "65"), "64"), (("--view", "16"), "--view"), (("--fps", "0"), "--fps")):
+                            (("--bases", "129"), "128"), (("--view", "16"), "--view"), (("--fps", "0"), "--fps")):
         expect(USAGE, play(clip, *png, *arguments), word)
     for name in ("%s.png", "%d_%d.png", "a%.png", "%-3d.png", "%3$d.png", "%d%%.png"):
         expect(USAGE, play(clip, "--png", path(name)), "%03d")
