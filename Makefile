@@ -83,9 +83,10 @@ test: $(TESTS) ## the unit tests
 	@for t in $(TESTS); do $$t || exit 1; done
 check: setup ## installs what is missing, then everything CI runs
 	@tests/check.sh
-bench: build/bench_spline ## splines solved a second; bytes beside other formats
+bench: build/bench_spline bake tools ## splines solved a second; bytes beside other formats
 	OPENBLAS_NUM_THREADS=1 build/bench_spline 100000
 	/usr/bin/python3 tests/bench/bench_bytes.py
+	/usr/bin/python3 tests/bench/bench_shapes.py
 build/bench_spline: tests/bench_spline.c build/libbake.a build/host/libplayer.a
 	gcc $(BAKE_CF) $< -o $@ $(filter %.a,$^) $(BAKE_LIBS)
 budget: bake tools ## bytes, stack, instructions and cycles against tests/budget/player.csv
