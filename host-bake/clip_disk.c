@@ -18,7 +18,8 @@ const char *clip_complaint(int code)
     case WG_ERR_SHORT:
         return "it is cut short";
     case WG_ERR_MAGIC:
-        return "it is not a wiggly clip";
+        return "it is not a wiggly clip; a scene is baked first: wiggly bake SCENE.yaml -o "
+               "CLIP.wgl";
     case WG_ERR_VERSION:
         return "it has another major format version: bake it again with this program";
     case WG_ERR_CRC:
