@@ -44,13 +44,19 @@ $B/firmware/device/%.o: firmware/device/%.c
 	$(CC) $(CFLAGS) $(PURE_I) $(DEVICE_I) -c $< -o $@
 
 # ---- the baker (host only) ----------------------------------------------------------------------
-BAKE_LIBS := -lassimp -lcyaml -lpng -lSDL2 -lyaml -llapacke -lopenblas -lm
-BAKE      := $(patsubst %.c,build/bake/%.o,$(wildcard host-bake/*.c))
-BAKE_CF   := -std=c11 -D_DEFAULT_SOURCE $(WARN) -O2 -g -ffp-contract=off -MMD -MP $(PURE_I) -Ihost-bake $(DEVICE_I)
+BAKE_LIBS := -lassimp -lcyaml -lpng -lSDL2 -lyaml -ltet -larpack -lcholmod -llapacke -lopenblas -lgmp -lmpfr -lstdc++ -lm
+BAKE      := $(patsubst %,build/bake/%.o,$(basename $(wildcard host-bake/*.c host-bake/body/*.c host-bake/bridge/*.cpp)))
+BAKE_CF   := -std=c11 -D_DEFAULT_SOURCE $(WARN) -O2 -g -ffp-contract=off -MMD -MP $(PURE_I) -Ihost-bake -Ihost-bake/body \
+    -Ihost-bake/bridge $(DEVICE_I)
+BRIDGE_CF := -std=c++17 -O2 -g -DNDEBUG -Wall -Wextra $(if $(WERROR),-Werror) -MMD -MP -Ihost-bake/bridge
 bake: build/wiggly ## the host baker, build/wiggly
 build/bake/%.o: %.c
 	@mkdir -p $(@D)
 	gcc $(BAKE_CF) -c $< -o $@
+# C++ lives here alone: CGAL and TetGen, behind extern "C"
+build/bake/host-bake/bridge/%.o: host-bake/bridge/%.cpp
+	@mkdir -p $(@D)
+	g++ $(BRIDGE_CF) -c $< -o $@
 build/libbake.a: $(filter-out %/main.o,$(BAKE))
 	rm -f $@; ar rcs $@ $^
 build/wiggly: build/bake/host-bake/main.o build/libbake.a build/host/libdevice.a build/host/libplayer.a
@@ -130,7 +136,7 @@ $B/hal/%.o: hal/%.S
 	@mkdir -p $(@D)
 	$(CC) $(CPU) -g -c $< -o $@
 # the default clip; its baker is the host's, whatever BOARD and its flags are
-build/nod.wgl: examples/nod/nod.yaml $(wildcard host-bake/*.[ch])
+build/nod.wgl: examples/nod/nod.yaml $(wildcard host-bake/*.[ch] host-bake/*/*)
 	@MAKEFLAGS= $(MAKE) -s BOARD=host B=build/host bake
 	build/wiggly bake $< -o $@ --quiet
 # the baker writes x.c and x.h beside x.wgl

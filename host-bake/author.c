@@ -101,23 +101,57 @@ static void cut_capture(bake_curve *curve, double end)
     }
 }
 
-/* A C2 cubic through samples that the baker made, on the tick grid as keys are. */
+static void append_curve(bake_curve *curve, bake_curve *more)
+{
+    size_t count = (size_t)(curve->count + more->count);
+    curve->segment = bake_grow(curve->segment, count, sizeof *curve->segment);
+    memcpy(curve->segment + curve->count, more->segment,
+           (size_t)more->count * sizeof *curve->segment);
+    curve->count += more->count;
+    bake_curve_free(more);
+}
+
+/* C2 from one sample where the slope may jump to the next; natural there. */
+static int spline_stretches(const scene_curve *c, const bake_key *keys, const char *kink, int count,
+                            bake_curve *out, bake_error *error)
+{
+    int err = 0;
+    *out = (bake_curve){0};
+    for (int first = 0, last; first < count - 1 && err == 0; first = last) {
+        bake_spline_problem p = {.end = {BAKE_END_ACCELERATION, BAKE_END_ACCELERATION}};
+        bake_curve stretch;
+        for (last = first + 1; last < count - 1 && !kink[last]; last++) {
+        }
+        if (last - first == count - 1 || c->end[0] != BAKE_END_PERIODIC) {
+            p.end[0] = first == 0 ? c->end[0] : BAKE_END_ACCELERATION;
+            p.end[1] = last == count - 1 ? c->end[1] : BAKE_END_ACCELERATION;
+        }
+        err = bake_spline_solve(&p, keys + first, last - first + 1, &stretch, NULL, error);
+        if (err == 0) {
+            append_curve(out, &stretch);
+        }
+    }
+    return err;
+}
+
+/* Through samples that the baker made, on the tick grid as keys are. */
 static int sampled_curve(const scene_curve *c, int rate, bake_curve *out, bake_error *error)
 {
     bake_key *keys = bake_alloc((size_t)c->samples->count, sizeof *keys);
-    bake_spline_problem p = {.end_value = {0, 0}};
-    memcpy(p.end, c->end, sizeof p.end);
+    char *kink = bake_alloc((size_t)c->samples->count, 1);
     int count = 0;
     for (int i = 0; i < c->samples->count; i++) {
         double time = floor(c->samples->time[i] * rate + 0.5) / rate;
         if (count == 0 || time > keys[count - 1].time) {
+            kink[count] = c->samples->kink && c->samples->kink[i];
             keys[count].time = time;
             keys[count].target[0] = c->samples->value[i];
             keys[count++].weight[0] = BAKE_HARD;
         }
     }
-    int err = bake_spline_solve(&p, keys, count, out, NULL, error);
+    int err = spline_stretches(c, keys, kink, count, out, error);
     free(keys);
+    free(kink);
     return err;
 }
 

@@ -97,5 +97,6 @@ void capture_free(capture *c)
 {
     free(c->time);
     free(c->value);
+    free(c->kink);
     *c = (capture){0};
 }

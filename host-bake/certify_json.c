@@ -85,5 +85,7 @@ void certificate_json(const build *b, const certificate *c, bytes *out)
     add_servos(b, c, 1, out);
     put_text(out, "\n  ]},\n  ");
     certificate_json_meshes(b, c, out);
+    put_text(out, ",\n  ");
+    certificate_json_bodies(b, out);
     put_text(out, "\n}\n");
 }

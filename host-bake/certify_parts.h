@@ -41,6 +41,8 @@ void certificate_print_meshes(const build *b, const certificate *c, FILE *to);
 void certificate_print_target(const build *b, const certificate *c, FILE *to);
 void certificate_print_mesh_failures(const build *b, const certificate *c, FILE *to);
 void certificate_json_meshes(const build *b, const certificate *c, bytes *out);
+void certificate_print_bodies(const build *b, FILE *to);
+void certificate_json_bodies(const build *b, bytes *out);
 
 /* "key": "name", and a comma; names may hold anything. */
 void json_name(bytes *out, const char *key, const char *name);

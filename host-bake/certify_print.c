@@ -111,6 +111,7 @@ void certificate_print(const build *b, const certificate *c, FILE *to)
         print_servo(b, &c->servo[i], to);
     }
     certificate_print_meshes(b, c, to);
+    certificate_print_bodies(b, to);
     fprintf(to, "bytes %zu:", c->file_bytes);
     for (unsigned k = 1; k <= WG_SECTION_KNOWN; k++) {
         if (c->section_bytes[k] > 0) {

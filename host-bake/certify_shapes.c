@@ -5,7 +5,7 @@
 #include "certify_shapes.h"
 #include "command.h"
 #include "record.h"
-#include "shapes.h"
+#include "shape_parts.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -73,7 +73,7 @@ static void look_at_frames(look *l)
     const mesh *m = &l->m->mesh;
     for (int i = 0, f = 0; i < m->frames_count; i++) {
         for (int j = 0; j < m->frames[i].count; j++, f++) {
-            double when = j / m->frames[i].rate;
+            double when = shape_frame_time(&m->frames[i], j);
             wg_clip_sample(l->file, (uint8_t)m->frames[i].clip, (uint32_t)floor(when * 1e6 + 0.5),
                            l->values, NULL);
             compare(l, l->m->frame[f], m->frames[i].clip, j, when);

@@ -278,16 +278,45 @@ static int append_wiggly(const fit_problem *p, bake_track *track, bake_error *er
     return err;
 }
 
-static int try_track(const fit_problem *p, bake_track *track, bake_error *error)
+/* Velocities differ by more than rounding where segment i begins. */
+#define SMOOTH 1e-6
+
+static int is_kink(const bake_curve *curve, int i)
+{
+    double before[4], after[4];
+    const bake_segment *s = &curve->segment[i];
+    bake_segment_eval(s - 1, s->t0, before);
+    bake_segment_eval(s, s->t0, after);
+    double speed = fabs(before[1]) + fabs(after[1]) + fabs(before[0]) / (s->t1 - s->t0);
+    return fabs(before[1] - after[1]) > SMOOTH * speed;
+}
+
+/* From one kink to the next a run of its own, because knots share their velocity. */
+static int append_smooth(const fit_problem *p, bake_track *track, bake_error *error)
 {
     int n = p->curve->count, err = 0;
+    for (int first = 0, last; first < n && err == 0; first = last) {
+        for (last = first + 1; last < n && !is_kink(p->curve, last);) {
+            last++;
+        }
+        const bake_curve up_to = {last, p->curve->segment}; /* its end has the velocity before */
+        fit_problem part = *p;
+        part.curve = &up_to;
+        part.ticks = last < n ? fit_tick(p, last) : p->ticks;
+        err = append_cubic(&part, first, last, track, error);
+    }
+    return err;
+}
+
+static int try_track(const fit_problem *p, bake_track *track, bake_error *error)
+{
+    int err = 0;
     memset(track, 0, sizeof *track);
     if (p->kind == CURVE_HELD || p->kind == CURVE_LINEAR) {
         append_plain(p, p->kind == CURVE_HELD ? (int)WG_KIND_HELD : (int)WG_KIND_LINEAR, track);
         return 0;
     }
-    err = p->kind == CURVE_WIGGLY ? append_wiggly(p, track, error)
-                                  : append_cubic(p, 0, n, track, error);
+    err = p->kind == CURVE_WIGGLY ? append_wiggly(p, track, error) : append_smooth(p, track, error);
     if (err < 0) {
         track_free(track);
         return -1;

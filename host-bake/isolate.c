@@ -1,4 +1,4 @@
-/* A process of its own for what reads other people's files.
+/* A process of its own for what takes other people's data.
  * Source: own.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "isolate.h"
@@ -23,6 +23,17 @@ static const int sanitized = 1;
 #else
 static const int sanitized = 0;
 #endif
+
+static const isolate_words reading = {
+    .before = "'",
+    .after = "'",
+    .verb = "read",
+    .past = "read",
+    .stopped = "is damaged: the reader stopped",
+    .slow_try = "if it is not damaged, give it fewer polygons",
+    .large_try = "if it is not damaged, give it fewer polygons or frames",
+    .stopped_try = "export it again, or in another format",
+};
 
 void isolate_now(isolate_note *now, int line, const char *path)
 {
@@ -67,14 +78,16 @@ static void limit_memory(void)
     }
 }
 
-/* A crash is told by the baker, in one line: no core, no last words of C++. */
+/* A crash is told by the baker, in one line: no core, no last words of C++. What a library prints is
+ * not the baker's answer. */
 static void prepare(void)
 {
     const struct rlimit none = {0, 0};
+    int nowhere = open("/dev/null", O_WRONLY);
     signal(SIGALRM, SIG_DFL);
     setrlimit(RLIMIT_CORE, &none);
+    dup2(nowhere, STDOUT_FILENO);
     if (!sanitized) {
-        int nowhere = open("/dev/null", O_WRONLY);
         dup2(nowhere, STDERR_FILENO);
         limit_memory();
     }
@@ -102,31 +115,23 @@ static void run(const isolate_job *job, isolate_note *now, FILE *to)
 
 /* ---- in the baker ----------------------------------------------------------------------------- */
 
-static int fail_note(const isolate_job *job, const isolate_note *now, const char *what,
-                     bake_error *error)
+static int explain(const char *scene, const isolate_words *words, const isolate_note *now,
+                   int status, bake_error *error)
 {
-    return bake_fail(error, "%s:%d: '%.*s' %s", job->scene, now->line,
-                     (int)strnlen(now->path, sizeof now->path - 1), now->path, what);
-}
-
-static int explain(const isolate_job *job, const isolate_note *now, int status, bake_error *error)
-{
-    char what[200];
+    char what[400];
     int cause = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
     if (cause == SIGALRM) {
-        snprintf(what, sizeof what,
-                 "was not read within %d s; if it is not damaged, give it fewer polygons", SECONDS);
+        snprintf(what, sizeof what, "was not %s within %d s; %s", words->past, SECONDS,
+                 words->slow_try);
     } else if (cause == SIGKILL || (WIFEXITED(status) && WEXITSTATUS(status) != 0)) {
-        snprintf(what, sizeof what,
-                 "takes more than %d GB of memory to read; if it is not damaged, give it fewer "
-                 "polygons or frames",
-                 GIGABYTES);
+        snprintf(what, sizeof what, "takes more than %d GB of memory to %s; %s", GIGABYTES,
+                 words->verb, words->large_try);
     } else {
-        snprintf(what, sizeof what,
-                 "is damaged: the reader stopped (%s); export it again, or in another format",
-                 cause ? strsignal(cause) : "what it found is nonsense");
+        snprintf(what, sizeof what, "%s (%s); %s", words->stopped,
+                 cause ? strsignal(cause) : "what it found is nonsense", words->stopped_try);
     }
-    return fail_note(job, now, what, error);
+    return bake_fail(error, "%s:%d: %s%.*s%s %s", scene, now->line, words->before,
+                     (int)strnlen(now->path, sizeof now->path - 1), now->path, words->after, what);
 }
 
 /* Readers quote what they have found in a file: nothing of that may steer a terminal. */
@@ -159,41 +164,53 @@ static int take(const isolate_job *job, FILE *from, bake_error *error)
     return -1;
 }
 
-static int follow(const isolate_job *job, const isolate_note *now, pid_t process, FILE *from,
-                  bake_error *error)
+typedef struct {
+    pid_t process;
+    FILE *from;
+} running;
+
+/* 0, or -1; what the process did if it did not say why. */
+static int follow(const isolate_job *job, const running *r, int *status, bake_error *error)
 {
-    int status = 0;
     error->text[0] = 0;
-    int err = take(job, from, error);
-    fclose(from);
-    while (waitpid(process, &status, 0) < 0) { /* a signal that has a handler */
+    int err = take(job, r->from, error);
+    fclose(r->from);
+    while (waitpid(r->process, status, 0) < 0) { /* a signal that has a handler */
     }
-    return err == 0 || error->text[0] ? err : explain(job, now, status, error);
+    return err;
 }
 
-int isolate(const isolate_job *job, bake_error *error)
+int isolate_as(const isolate_job *job, const isolate_words *words, bake_error *error)
 {
-    int ends[2];
+    int ends[2], status = 0;
     isolate_note *now =
         mmap(NULL, sizeof *now, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (now == MAP_FAILED || pipe(ends) != 0) {
         return bake_fail(error, "%s: no memory or no pipe to read files through", job->scene);
     }
     fflush(NULL); /* or what is buffered here would be written by both */
-    pid_t process = fork();
-    if (process == 0) {
+    running r = {.process = fork()};
+    if (r.process == 0) {
         close(ends[0]);
         run(job, now, fdopen(ends[1], "wb"));
     }
     close(ends[1]);
-    FILE *from = fdopen(ends[0], "rb");
-    int err =
-        process < 0
-            ? bake_fail(error, "%s: no process to read files in: too many are running", job->scene)
-            : follow(job, now, process, from, error);
-    if (process < 0) {
-        fclose(from);
+    r.from = fdopen(ends[0], "rb");
+    int err;
+    if (r.process < 0) {
+        fclose(r.from);
+        err = bake_fail(error, "%s: no process to read files in: too many are running", job->scene);
+    } else {
+        err = follow(job, &r, &status, error);
+        if (err != 0 && error->text[0] == 0) {
+            explain(job->scene, words, now, status, error);
+        }
     }
     munmap(now, sizeof *now);
     return err;
+}
+
+int isolate(const isolate_job *job, bake_error *error)
+{
+    return isolate_as(job, &reading, error);
 }

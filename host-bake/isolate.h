@@ -1,6 +1,7 @@
-/* Reads other people's files in a process of its own: Assimp 5.2.5 crashes on some damaged ones,
- * and others make it run for ever or ask for all memory there is. What was read comes back through a
- * pipe, so that nothing of a process in which memory was overwritten is used.
+/* Gives other people's data to other people's libraries in a process of its own: Assimp 5.2.5 crashes
+ * on some damaged files, TetGen 1.5.0 on some surfaces, and others make them run for ever or ask for
+ * all memory there is. What they make comes back through a pipe, so that nothing of a process in which
+ * memory was overwritten is used.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BAKE_ISOLATE_H
 #define BAKE_ISOLATE_H
@@ -29,7 +30,20 @@ typedef struct {
 /* Runs the job. When its process dies: "scene:line: 'path' ..." and what to do. */
 int isolate(const isolate_job *job, bake_error *error);
 
-/* The process is about to read this file, which may take a minute. */
+/* How the baker tells of a process that died: "scene:line: BEFOREpathAFTER was not ...". */
+typedef struct {
+    const char *before, *after; /* "mesh ", "" */
+    const char *verb, *past;    /* "fill", "filled" */
+    const char *stopped;        /* after the path: "crashes the mesher" */
+    const char *slow_try;       /* what to do when it took too long, */
+    const char *large_try;      /* too much memory, */
+    const char *stopped_try;    /* or died otherwise */
+} isolate_words;
+
+/* isolate() for what is not reading a file: with words of its own. */
+int isolate_as(const isolate_job *job, const isolate_words *words, bake_error *error);
+
+/* The process is about to read this file (or do what it is for), which may take a minute. */
 void isolate_now(isolate_note *now, int line, const char *path);
 
 /* Ends the process where the C++ library's complaint is that memory is used up. */

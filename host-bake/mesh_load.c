@@ -137,12 +137,19 @@ int mesh_load(const scene *s, int index, mesh *out, bake_error *error)
     return isolate(&job, error);
 }
 
+void mesh_frames_free(mesh_frames *f)
+{
+    free(f->at);
+    free(f->time);
+    free(f->kink);
+}
+
 void mesh_free(mesh *m)
 {
     for (int i = 0; i < m->part_count; i++)
         free(m->parts[i].name);
     for (int i = 0; i < m->frames_count; i++)
-        free(m->frames[i].at);
+        mesh_frames_free(&m->frames[i]);
     free(m->parts);
     free(m->frames);
     free(m->triangle);

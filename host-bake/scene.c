@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SOURCES_MAX = 255, MESHES_MAX = 8, NAME_BYTES = 64 };
+enum { SOURCES_MAX = 255, MESHES_MAX = 8, BODIES_MAX = 8, NAME_BYTES = 64 };
 
 int scene_read_channel(loader *l, int index)
 {
@@ -163,6 +163,14 @@ static int check_count(const loader *l, const char *field, unsigned count, unsig
     return 0;
 }
 
+static int check_bodies(const loader *l)
+{
+    if (l->yaml->bodies_count > BODIES_MAX)
+        return loader_fail(l, "bodies", "'bodies' has %u entries; a scene has at most %d",
+                           l->yaml->bodies_count, BODIES_MAX);
+    return 0;
+}
+
 static int check_counts(const loader *l)
 {
     const yaml_scene *y = l->yaml;
@@ -184,7 +192,7 @@ static int check_counts(const loader *l)
                    check_count(l, "triggers", y->triggers_count, WG_TRIGGERS_MAX) ||
                    check_count(l, "servos", y->servos_count, WG_SERVOS_MAX) ||
                    check_count(l, "meshes", y->meshes_count, MESHES_MAX) ||
-                   check_count(l, "views", y->views_count, WG_VIEWS_MAX)
+                   check_count(l, "views", y->views_count, WG_VIEWS_MAX) || check_bodies(l)
                ? -1
                : 0;
 }
@@ -201,6 +209,7 @@ static void allot_all(scene *s, const yaml_scene *y)
     s->channels = bake_alloc(y->channels_count + views * WG_VIEW_CHANNELS, sizeof *s->channels);
     s->meshes = allot(y->meshes_count, sizeof *s->meshes);
     s->views = allot(views, sizeof *s->views);
+    s->bodies = allot(y->bodies_count, sizeof *s->bodies); /* body_count: as they are read */
     s->sources = allot(y->sources_count, sizeof *s->sources);
     s->clips = allot(y->clips_count, sizeof *s->clips);
     s->masks = allot(y->masks_count, sizeof *s->masks);
@@ -271,6 +280,7 @@ static int read_all(loader *l)
     return loader_each(l, "channels", scene_read_channel) ||
                    loader_each(l, "sources", scene_read_source) ||
                    loader_each(l, "meshes", scene_read_mesh) || read_views(l) ||
+                   loader_each(l, "bodies", scene_read_body) ||
                    loader_each(l, "clips", scene_read_clip) ||
                    loader_each(l, "masks", scene_read_mask) ||
                    loader_each(l, "layers", scene_read_layer) || add_base_layer(s) ||

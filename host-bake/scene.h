@@ -91,7 +91,7 @@ typedef enum { NORMALS_NONE, NORMALS_FIXED, NORMALS_INTERPOLATED } scene_normals
  * thing that does not deform).
  * file: whatever Assimp reads, or a series such as run_####.obj. */
 typedef struct {
-    char *name, *file;
+    char *name, *file; /* file: NULL = a chain draws it */
     int line;
     double scale; /* scene units a file unit: 1 */
     int up;       /* 'y' (default), 'z' */
@@ -140,6 +140,159 @@ typedef struct {
         fit_distance; /* not given: the baker sets the channels' rest values */
 } scene_view;
 
+/* regions of a body: - {name: base, box: [[-10, 0, -10], [10, 2, 10]]}      closed box in the rest pose
+ *                    - {name: tip, ball: {centre: [0, 90, 0], radius: 5}}
+ *                    - {name: ring, vertices: [0, 3, 8]}               of the mesh's file, from 0
+ *                    - {name: top, above: {y: 20}}     or below; x, y, z; both, and several axes
+ * In scene units, of all the body's vertices, inner ones too. */
+typedef enum { REGION_BOX, REGION_BALL, REGION_VERTICES } scene_region_kind;
+typedef struct {
+    char *name;
+    int line;
+    scene_region_kind kind;
+    double box[2][3]; /* above, below: a box with infinite sides */
+    double centre[3], radius;
+    int vertex_count, *vertex; /* ascending */
+} scene_region;
+
+/* by: a translation [scene units, or units a second], then a turn about the region's centre. */
+typedef struct {
+    int line, region; /* of the body; -1 = everything */
+    double by[3];
+    double axis[3], angle; /* [deg] or [deg/s]; axis of length 1; angle 0 = none */
+} scene_shift;
+
+/* poses of a body: - {name: bent, file: bent.obj}                        the mesh's faces, moved
+ *                  - {name: reach, drag: [{region: tip, by: [10, 0, 0]}]}   the rest follows elastically
+ *                  - {name: bow, modes: [{mode: 2, by: 15}]}      the vertex that moves most moves 15
+ *                  - {name: high, of: bent, move: [0, 80, 0], turn: {axis: z, angle: 20}}
+ *                  - {name: crouch, joints: [{link: arm, angle: 40 deg}]}         chains; absolute angles
+ * What is there is applied in this order: of (default: the rest pose), file, modes, drag, turn about
+ * the pose's centre of mass, move. Pose 0 is always `rest`. */
+typedef struct {
+    int mode; /* from 1: elastic modes of the body as it is held by itself */
+    double by;
+} scene_pose_mode;
+typedef struct {
+    char *name;
+    int line, of; /* of: -1 = rest */
+    char *file;   /* as the baker opens it, or NULL */
+    int mode_count, drag_count;
+    scene_pose_mode *modes;
+    scene_shift *drags;
+    double axis[3], angle, move[3]; /* angle [deg], 0 = no turn */
+    int joint_count;                /* chains: */
+    int *joint;                     /* link */
+    double *joint_angle;            /* [deg], absolute */
+} scene_pose;
+
+typedef struct {
+    int region;
+    double normal[3]; /* any length, not 0 */
+} scene_slide;
+
+/* outputs of a body: - {channel: tip, region: tip, direction: [1, 0, 0]}   mean displacement [scene units]
+ *                    - {channel: sway, region: tip, turn: z}     how far the region has turned about the axis
+ *                                                                through its centre [deg]
+ *                    - {channel: hip, joint: thigh}     a link's angle to its parent, 0 at rest [deg] */
+typedef enum { OUTPUT_SHIFT, OUTPUT_TURN, OUTPUT_JOINT } scene_output_kind;
+typedef struct {
+    int line, channel, region; /* region -1 = everything */
+    scene_output_kind kind;
+    double direction[3]; /* unit length: of the shift, axis of the turn */
+    int joint;           /* link */
+} scene_output;
+
+/* links of a chain: - {name: arm, parent: base, length: 40, angle: 60 deg, mass: 20 g, spring: 0.02}
+ * density: [a, b] in g per scene unit of length. */
+typedef struct {
+    char *name;
+    int line, parent; /* -1: the root */
+    int stiff;
+    double length;     /* scene units */
+    double angle;      /* absolute [deg] */
+    double mass;       /* at its end [kg] */
+    double density[2]; /* [kg/m] */
+    double spring;     /* [N m/rad] */
+} scene_link;
+
+typedef enum { SCENE_SOLID, SCENE_SHELL, SCENE_CHAIN } scene_body_kind;
+
+/* bodies: - {name: cactus, kind: solid, mesh: cactus, attached: [pot], unit: 1 mm, material: rubber,
+ *            cell: 4, gravity: [0, -9.81, 0], fixed: [base], sliding: [{region: base, normal: y}],
+ *            modes: 15, damping: [0.5, 0.002], regions: [...], poses: [...], outputs: [...]} */
+typedef struct {
+    char *name;
+    int line;
+    scene_body_kind kind;
+    int mesh;                      /* of the scene; chains: -1 = none, else drawn as bars */
+    int attached_count, *attached; /* other meshes that move with it */
+    double unit;                   /* metres a scene unit */
+    double young, poisson, density, thickness; /* SI; thickness [m] for shells */
+    double cell;                               /* scene units; 0 = from the surface */
+    double gravity[3];                         /* [m/s^2] */
+    int fixed_count, *fixed;                   /* regions */
+    int slide_count;
+    scene_slide *slides;
+    int modes;         /* of each model */
+    double damping[2]; /* alpha [1/s], beta [s] */
+    int region_count, pose_count, output_count, link_count;
+    scene_region *regions;
+    scene_pose *poses; /* [0] is `rest` */
+    scene_output *outputs;
+    scene_link *links; /* chains */
+    int free_root;
+    double root_mass; /* [kg] */
+    double width;     /* of a chain's bars when drawn, scene units */
+} scene_body;
+
+/* keys of a body: - {time: 0.4, pose: reach, velocity: [{by: [0, 500, 0]}], weight: 10, region: tip}
+ * weight: absent = hard; velocity absent: free, except at the ends (see scene_action). velocity_weight:
+ * absent = hard. region: only this part of the pose is asked for. */
+typedef struct {
+    int line;
+    double time;
+    int pose;
+    double weight, velocity_weight; /* BAKE_HARD or > 0 */
+    int has_velocity, velocity_count;
+    scene_shift *velocity; /* none and has_velocity: 0 everywhere */
+    int rate_count;        /* chains: velocity: [{link: arm, rate: 90}]; links not named: 0 */
+    int *rate_link;
+    double *rate; /* [deg/s], absolute as the angles of poses */
+    int region;   /* -1 = all of it */
+} scene_body_key;
+
+/* DYNAMICS_SPLINE: no physics, the cubic spline through the poses: primary motion to lay others over. */
+typedef enum {
+    DYNAMICS_ONE_POINT,
+    DYNAMICS_BLEND,
+    DYNAMICS_COUPLE,
+    DYNAMICS_SPLINE
+} scene_dynamics;
+
+/* clips: bodies: - {body: cactus, dynamics: one-point, about: rest, fixed: [base], sliding: [...],
+ *                   stiffness: 1, damping: [0.5, 0.002], regularise: [0, 0, 0], start: free, end: free,
+ *                   periodic: false, add: false, keys: [...]}
+ * Motion of a body between its first and last key. Those of one body in one clip follow each other without a
+ * gap, except those that add: their poses are differences from rest, laid over the others. start, end: free,
+ * {velocity: ...} or absent = the velocity of the first and last key, or 0: whatever was said, the keys say it
+ * here, so end[i] = VELOCITY has a key with a hard velocity, FREE one without or with a soft one. fixed,
+ * sliding: absent = the body's. */
+typedef struct {
+    int line, body;
+    scene_dynamics dynamics;
+    int about; /* pose the model is linearised about; 0 = rest */
+    int has_fixed, fixed_count, *fixed;
+    int has_slides, slide_count;
+    scene_slide *slides;
+    double stiffness, damping[2]; /* the body's damping if absent */
+    double regularise[3];
+    bake_end end[2]; /* FREE, VELOCITY, PERIODIC */
+    int add;
+    int key_count;
+    scene_body_key *keys;
+} scene_action;
+
 typedef struct {
     double time;
     int id; /* index into scene.event_names */
@@ -161,6 +314,8 @@ typedef struct {
     scene_event *events;   /* ascending */
     scene_curve *curves;   /* ascending channel, at most one a channel */
     scene_motion *motions; /* at most one a mesh */
+    int action_count;
+    scene_action *actions;
 } scene_clip;
 
 /* masks: - {name: head, weights: {jaw: 1, neck: 0.5}}      others 0
@@ -237,12 +392,17 @@ typedef struct {
     int mesh_count, view_count;
     scene_mesh *meshes;
     scene_view *views;
+    int body_count;
+    scene_body *bodies;
     double flash_bytes, ram_bytes; /* target: {flash: 64 KB, ram: 8 KB}; 0 = not limited */
 } scene;
 
 /* Reads and checks a scene file. Every message starts with "path:line: ". */
 int scene_load(const char *path, scene *out, bake_error *error);
 void scene_free(scene *s);
+
+/* The body that moves a mesh, or -1. */
+int scene_body_of_mesh(const scene *s, int mesh);
 
 /* Fails at the line of the last event if it lies behind `length` seconds: with a captured curve the
  * clip's end is known only when the curve is read. */
@@ -252,6 +412,7 @@ int scene_check_events(const scene *s, const scene_clip *clip, double length, ba
 typedef struct capture {
     int count;
     double *time, *value; /* ascending time, starting at 0 */
+    char *kink;           /* count: the slope may jump at this sample; NULL: nowhere */
 } capture;
 
 /* Reads the samples a CURVE_CAPTURED asks for, at least two, cut to from .. to and shifted to start

@@ -94,7 +94,7 @@ static int check_twice(const loader *l, const scene_clip *clip)
 static int read_curves(loader *l, const yaml_clip *from, int index)
 {
     scene_clip *to = &l->out->clips[index];
-    if (from->curves_count == 0 && from->meshes_count > 0)
+    if (from->curves_count == 0 && from->meshes_count + from->bodies_count > 0)
         return 0;
     if (from->curves_count == 0)
         return loader_fail(l, "curves",
@@ -128,6 +128,8 @@ static double known_length(const scene_clip *clip, int *captured)
         *captured |= clip->curves[i].kind == CURVE_CAPTURED;
         length = fmax(length, last_time(&clip->curves[i]));
     }
+    for (int i = 0; i < clip->action_count; i++)
+        length = fmax(length, clip->actions[i].keys[clip->actions[i].key_count - 1].time);
     return clip->duration > 0 ? clip->duration : length;
 }
 
@@ -157,6 +159,8 @@ static int check_length(const loader *l, const scene_clip *clip)
         return loader_fail(l, "duration",
                            "the clip '%s' has %.0f ticks; the format holds %d: lower 'tick_rate'",
                            clip->name, l->out->tick_rate * length, TICKS_MAX);
+    if ((!captured || clip->duration > 0) && scene_check_actions(l, clip, length))
+        return -1;
     for (int i = 0; i < clip->curve_count; i++) {
         const scene_curve *curve = &clip->curves[i];
         int periodic = curve->end[0] == BAKE_END_PERIODIC;
@@ -190,7 +194,8 @@ int scene_read_clip(loader *l, int index)
         return loader_fail(l, "duration",
                            "'duration' must be above 0; leave it out for the longest curve");
     return read_events(l, from, to) || read_curves(l, from, index) ||
-                   scene_read_motions(l, index) || check_length(l, to)
+                   scene_read_motions(l, index) || scene_read_actions(l, index) ||
+                   check_length(l, to)
                ? -1
                : 0;
 }

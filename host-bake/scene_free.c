@@ -4,6 +4,48 @@
 
 #include <stdlib.h>
 
+static void free_action(scene_action *a)
+{
+    for (int i = 0; i < a->key_count && a->keys != NULL; i++) {
+        free(a->keys[i].velocity);
+        free(a->keys[i].rate_link);
+        free(a->keys[i].rate);
+    }
+    free(a->fixed);
+    free(a->slides);
+    free(a->keys);
+}
+
+static void free_pose(scene_pose *pose)
+{
+    free(pose->name);
+    free(pose->file);
+    free(pose->modes);
+    free(pose->drags);
+    free(pose->joint);
+    free(pose->joint_angle);
+}
+
+static void free_body(scene_body *b)
+{
+    for (int i = 0; i < b->region_count; i++) {
+        free(b->regions[i].name);
+        free(b->regions[i].vertex);
+    }
+    for (int i = 0; i < b->pose_count; i++)
+        free_pose(&b->poses[i]);
+    for (int i = 0; i < b->link_count; i++)
+        free(b->links[i].name);
+    free(b->name);
+    free(b->attached);
+    free(b->fixed);
+    free(b->slides);
+    free(b->regions);
+    free(b->poses);
+    free(b->outputs);
+    free(b->links);
+}
+
 static void free_clip(scene_clip *clip)
 {
     for (int i = 0; i < clip->curve_count; i++) {
@@ -16,6 +58,9 @@ static void free_clip(scene_clip *clip)
     }
     for (int i = 0; i < clip->motion_count; i++)
         free(clip->motions[i].file);
+    for (int i = 0; i < clip->action_count; i++)
+        free_action(&clip->actions[i]);
+    free(clip->actions);
     free(clip->motions);
     free(clip->curves);
     free(clip->events);
@@ -58,6 +103,9 @@ void scene_free(scene *s)
         free_mesh(&s->meshes[i]);
     for (int i = 0; i < s->view_count; i++)
         free(s->views[i].name);
+    for (int i = 0; i < s->body_count; i++)
+        free_body(&s->bodies[i]);
+    free(s->bodies);
     free(s->meshes);
     free(s->views);
     free(s->sources);

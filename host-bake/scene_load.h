@@ -13,7 +13,8 @@ typedef struct {
     const yaml_scene *yaml;
     scene *out;
     bake_error *error;
-    int node; /* the mapping being read: messages point at its fields */
+    int node;                     /* the mapping being read: messages point at its fields */
+    int body, pose, clip, action; /* what is being read: indices into what the file lists */
 } loader;
 
 /* A kind of number: what to ask for, the units people may write after it, and its limits. */
@@ -22,7 +23,7 @@ typedef struct {
     struct {
         const char *suffix;
         double factor;
-    } unit[3];
+    } unit[4];
     double least, most;
 } scene_measure;
 
@@ -67,6 +68,27 @@ int loader_quantity(const loader *l, const char *field, const char *text, double
  * series such as run_####.obj the files are looked for when they are read. */
 int loader_file(const loader *l, const char *text, char **out);
 
+/* The index of `text`, or -1: as a reference, with a message that calls the thing `what`. */
+int loader_find(const loader *l, const char *field, const char *what, const char *text,
+                scene_names names);
+
+/* Free forms, which the schema does not check: fields of the current mapping read from the tree. */
+
+/* The text of a single value, NULL when absent. */
+int loader_scalar(const loader *l, const char *field, const char **text);
+/* The current mapping has no other keys than these; the list ends with NULL. */
+int loader_known(const loader *l, const char *const *keys);
+/* A list of exactly so many numbers. Leaves *out alone when the field is absent. */
+int loader_numbers(const loader *l, const char *field, int count, const scene_measure *measure,
+                   double *out);
+/* x, y, z or three numbers, made a unit vector; needed. */
+int loader_direction(const loader *l, const char *field, const char *example, double out[3]);
+/* Goes to each mapping of the list `field` in turn; what is no list of mappings fails with `example`. */
+int loader_list(loader *l, const char *field, const char *example,
+                int (*read)(loader *l, int index));
+/* How many entries that list has; 0 when it is absent or no list. */
+int loader_list_count(const loader *l, const char *field);
+
 /* Exactly `count` entries of the list `field`, each a whole number from 0 to 255. */
 int loader_colour(const loader *l, const char *field, char *const *text, unsigned count,
                   unsigned char out[3]);
@@ -89,6 +111,7 @@ int scene_read_trigger(loader *l, int index);
 int scene_read_servo(loader *l, int index);
 int scene_read_mesh(loader *l, int index);
 int scene_read_view(loader *l, int index);
+int scene_read_body(loader *l, int index);
 int scene_read_target(loader *l);
 
 /* What looks at the meshes of a scene without views. */
@@ -96,6 +119,33 @@ int scene_add_view(loader *l);
 
 /* The frames of meshes in the clip the loader is at. */
 int scene_read_motions(loader *l, int clip);
+
+/* Parts of the body `l->body` that the loader is at. */
+int scene_read_region(loader *l, int index);
+int scene_read_pose(loader *l, int index);
+int scene_read_link(loader *l, int index);
+int scene_read_material(loader *l);
+int scene_read_chain(loader *l);
+
+/* `region: tip` of the current mapping; the word `everything` is -1 where `all` allows it. */
+int scene_read_region_name(const loader *l, const char *text, int all, int *out);
+/* What is held: fixed and sliding, of a body or of its motion in a clip. */
+int scene_read_fixed(loader *l, char *const *text, unsigned count, int **out);
+int scene_read_slides(loader *l, const yaml_slide *from, unsigned count, scene_slide **out);
+
+/* turn: {axis: z, angle: 20} and a whole shift. rate: they are velocities. */
+int scene_read_turn(loader *l, int rate, double axis[3], double *angle);
+int scene_read_shift(loader *l, int rate, scene_shift *out);
+int scene_read_pose_name(const loader *l, const char *field, const char *text, int count, int *out);
+extern const scene_measure scene_way, scene_speed;
+
+/* Motions of bodies in the clip the loader is at. */
+int scene_read_actions(loader *l, int clip);
+/* The velocity of a key, from the mapping the loader is at; nothing when it says none. */
+int scene_read_velocity(loader *l, scene_body_key *key);
+int scene_read_action_ends(loader *l, int periodic, scene_action *a);
+/* Periodic ones against the length of their clip. */
+int scene_check_actions(const loader *l, const scene_clip *clip, double length);
 
 /* One curve of the clip the loader is at; `clip` and `index` say which. */
 int scene_read_curve(loader *l, int clip, int index);

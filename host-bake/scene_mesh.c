@@ -113,6 +113,28 @@ static int read_looks(const loader *l, const yaml_mesh *from, scene_mesh *to)
     return 0;
 }
 
+/* The links of a chain make a mesh: it has no file, and nothing that a file's mesh is asked for. */
+static int read_file(const loader *l, const yaml_mesh *from, scene_mesh *to)
+{
+    static const char *const of_files[] = {"up", "scale", "shapes"};
+    int drawn = 0;
+    for (unsigned i = 0; i < l->yaml->bodies_count; i++) {
+        const yaml_body *b = &l->yaml->bodies[i];
+        drawn |= b->kind != NULL && strcmp(b->kind, "chain") == 0 && b->mesh != NULL &&
+                 strcmp(b->mesh, to->name) == 0;
+    }
+    if (from->file != NULL || !drawn)
+        return loader_need(l, "file", from->file, mesh_example) ||
+                       loader_file(l, from->file, &to->file)
+                   ? -1
+                   : 0;
+    for (size_t i = 0; i < sizeof of_files / sizeof *of_files; i++)
+        if (loader_has(l, of_files[i]))
+            return loader_fail(l, of_files[i], "a mesh that a chain draws has no '%s'; remove it",
+                               of_files[i]);
+    return 0;
+}
+
 int scene_read_mesh(loader *l, int index)
 {
     const yaml_scene *y = l->yaml;
@@ -134,8 +156,7 @@ int scene_read_mesh(loader *l, int index)
         return loader_fail(l, "name",
                            "the mesh '%s' and the channel '%s' become the same C macro; change one",
                            to->name, s->channels[same].name);
-    if (loader_need(l, "file", from->file, mesh_example) || loader_file(l, from->file, &to->file) ||
-        read_coding(l, from, to) || read_looks(l, from, to))
+    if (read_file(l, from, to) || read_coding(l, from, to) || read_looks(l, from, to))
         return -1;
     return read_shapes(l, from, to);
 }
@@ -175,6 +196,10 @@ static int read_motion(loader *l, const yaml_motion *from, scene_clip *clip, int
         return loader_fail(l, "mesh",
                            "the mesh '%s' has shapes, which curves move; it cannot have frames too",
                            mesh->name);
+    if (scene_body_of_mesh(s, to->mesh) >= 0)
+        return loader_fail(l, "mesh",
+                           "the mesh '%s' is moved by the body '%s'; it cannot have frames too",
+                           mesh->name, s->bodies[scene_body_of_mesh(s, to->mesh)].name);
     for (int i = 0; i < index; i++)
         if (clip->motions[i].mesh == to->mesh)
             return loader_fail(l, "mesh", "the clip '%s' shows the mesh '%s' already, in line %d",

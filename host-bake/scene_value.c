@@ -102,7 +102,7 @@ int loader_number(const loader *l, const char *field, const char *text,
     if (loader_quantity(l, field, text, &value, suffix))
         return -1;
     double factor = suffix[0] == '\0' ? 1 : 0;
-    for (int i = 0; i < 3 && measure->unit[i].suffix != NULL; i++)
+    for (int i = 0; i < 4 && measure->unit[i].suffix != NULL; i++)
         if (strcmp(suffix, measure->unit[i].suffix) == 0)
             factor = measure->unit[i].factor;
     if (factor <= 0)

@@ -75,6 +75,103 @@ static const cyaml_schema_field_t motion_fields[] = {
     LIST(yaml_motion, frames, text_entry), CYAML_FIELD_END};
 static const cyaml_schema_value_t motion_entry = ENTRY(yaml_motion, motion_fields);
 
+static const cyaml_schema_field_t axes_fields[] = {TEXT(yaml_axes, x), TEXT(yaml_axes, y),
+                                                   TEXT(yaml_axes, z), CYAML_FIELD_END};
+static const cyaml_schema_field_t ball_fields[] = {
+    TEXT(yaml_ball, radius), LIST(yaml_ball, centre, text_entry), CYAML_FIELD_END};
+static const cyaml_schema_field_t region_fields[] = {TEXT(yaml_region, name),
+                                                     FREE_FORM("box"),
+                                                     PART(yaml_region, ball, ball_fields),
+                                                     PART(yaml_region, above, axes_fields),
+                                                     PART(yaml_region, below, axes_fields),
+                                                     LIST(yaml_region, vertices, text_entry),
+                                                     CYAML_FIELD_END};
+static const cyaml_schema_value_t region_entry = ENTRY(yaml_region, region_fields);
+
+static const cyaml_schema_field_t slide_fields[] = {TEXT(yaml_slide, region), FREE_FORM("normal"),
+                                                    CYAML_FIELD_END};
+static const cyaml_schema_value_t slide_entry = ENTRY(yaml_slide, slide_fields);
+
+static const cyaml_schema_field_t pose_mode_fields[] = {TEXT(yaml_pose_mode, mode),
+                                                        TEXT(yaml_pose_mode, by), CYAML_FIELD_END};
+static const cyaml_schema_value_t pose_mode_entry = ENTRY(yaml_pose_mode, pose_mode_fields);
+
+static const cyaml_schema_field_t joint_fields[] = {TEXT(yaml_joint, link), TEXT(yaml_joint, angle),
+                                                    CYAML_FIELD_END};
+static const cyaml_schema_value_t joint_entry = ENTRY(yaml_joint, joint_fields);
+
+static const cyaml_schema_field_t pose_fields[] = {TEXT(yaml_pose, name),
+                                                   TEXT(yaml_pose, of),
+                                                   TEXT(yaml_pose, file),
+                                                   LIST(yaml_pose, modes, pose_mode_entry),
+                                                   FREE_FORM("drag"),
+                                                   FREE_FORM("turn"),
+                                                   LIST(yaml_pose, move, text_entry),
+                                                   LIST(yaml_pose, joints, joint_entry),
+                                                   CYAML_FIELD_END};
+static const cyaml_schema_value_t pose_entry = ENTRY(yaml_pose, pose_fields);
+
+static const cyaml_schema_field_t output_fields[] = {
+    TEXT(yaml_output, channel), TEXT(yaml_output, region), TEXT(yaml_output, joint),
+    FREE_FORM("direction"),     FREE_FORM("turn"),         CYAML_FIELD_END};
+static const cyaml_schema_value_t output_entry = ENTRY(yaml_output, output_fields);
+
+static const cyaml_schema_field_t link_fields[] = {
+    TEXT(yaml_link, name),   TEXT(yaml_link, parent),
+    TEXT(yaml_link, stiff),  TEXT(yaml_link, length),
+    TEXT(yaml_link, angle),  TEXT(yaml_link, mass),
+    TEXT(yaml_link, spring), LIST(yaml_link, density, text_entry),
+    CYAML_FIELD_END};
+static const cyaml_schema_value_t link_entry = ENTRY(yaml_link, link_fields);
+
+static const cyaml_schema_field_t body_fields[] = {TEXT(yaml_body, name),
+                                                   TEXT(yaml_body, kind),
+                                                   TEXT(yaml_body, mesh),
+                                                   LIST(yaml_body, attached, text_entry),
+                                                   TEXT(yaml_body, unit),
+                                                   FREE_FORM("material"),
+                                                   TEXT(yaml_body, thickness),
+                                                   TEXT(yaml_body, cell),
+                                                   LIST(yaml_body, gravity, text_entry),
+                                                   LIST(yaml_body, fixed, text_entry),
+                                                   LIST(yaml_body, sliding, slide_entry),
+                                                   TEXT(yaml_body, modes),
+                                                   LIST(yaml_body, damping, text_entry),
+                                                   LIST(yaml_body, regions, region_entry),
+                                                   LIST(yaml_body, poses, pose_entry),
+                                                   LIST(yaml_body, outputs, output_entry),
+                                                   LIST(yaml_body, links, link_entry),
+                                                   TEXT(yaml_body, free_root),
+                                                   TEXT(yaml_body, root_mass),
+                                                   TEXT(yaml_body, width),
+                                                   CYAML_FIELD_END};
+static const cyaml_schema_value_t body_entry = ENTRY(yaml_body, body_fields);
+
+static const cyaml_schema_field_t body_key_fields[] = {TEXT(yaml_body_key, time),
+                                                       TEXT(yaml_body_key, pose),
+                                                       FREE_FORM("velocity"),
+                                                       TEXT(yaml_body_key, weight),
+                                                       TEXT(yaml_body_key, velocity_weight),
+                                                       TEXT(yaml_body_key, region),
+                                                       CYAML_FIELD_END};
+static const cyaml_schema_value_t body_key_entry = ENTRY(yaml_body_key, body_key_fields);
+
+static const cyaml_schema_field_t action_fields[] = {TEXT(yaml_action, body),
+                                                     TEXT(yaml_action, dynamics),
+                                                     TEXT(yaml_action, about),
+                                                     LIST(yaml_action, fixed, text_entry),
+                                                     LIST(yaml_action, sliding, slide_entry),
+                                                     TEXT(yaml_action, stiffness),
+                                                     LIST(yaml_action, damping, text_entry),
+                                                     LIST(yaml_action, regularise, text_entry),
+                                                     FREE_FORM("start"),
+                                                     FREE_FORM("end"),
+                                                     TEXT(yaml_action, periodic),
+                                                     TEXT(yaml_action, add),
+                                                     LIST(yaml_action, keys, body_key_entry),
+                                                     CYAML_FIELD_END};
+static const cyaml_schema_value_t action_entry = ENTRY(yaml_action, action_fields);
+
 static const cyaml_schema_field_t clip_fields[] = {TEXT(yaml_clip, name),
                                                    TEXT(yaml_clip, duration),
                                                    TEXT(yaml_clip, end),
@@ -82,6 +179,7 @@ static const cyaml_schema_field_t clip_fields[] = {TEXT(yaml_clip, name),
                                                    LIST(yaml_clip, events, mark_entry),
                                                    LIST(yaml_clip, curves, curve_entry),
                                                    LIST(yaml_clip, meshes, motion_entry),
+                                                   LIST(yaml_clip, bodies, action_entry),
                                                    CYAML_FIELD_END};
 static const cyaml_schema_value_t clip_entry = ENTRY(yaml_clip, clip_fields);
 
@@ -172,6 +270,7 @@ static const cyaml_schema_field_t scene_fields[] = {TEXT(yaml_scene, name),
                                                     LIST(yaml_scene, servos, servo_entry),
                                                     LIST(yaml_scene, meshes, mesh_entry),
                                                     LIST(yaml_scene, views, view_entry),
+                                                    LIST(yaml_scene, bodies, body_entry),
                                                     PART(yaml_scene, target, target_fields),
                                                     CYAML_FIELD_END};
 static const cyaml_schema_value_t scene_schema = {

@@ -1,7 +1,9 @@
 /* What a scene file says, as text: the shape libcyaml loads. Numbers, words and units are still
  * strings here, because people write "1500 us"; scene*.c turns them into scene.h's arrays. NULL or
  * a count of 0 means absent. Fields with free-form values are read from the tree instead:
- * mask.weights, filter.rows, curve.start, curve.end, curve.axis.
+ * mask.weights, filter.rows, curve.start, curve.end, curve.axis; region.box, slide.normal,
+ * output.direction, output.turn, pose.drag, pose.turn, body.material, body_key.velocity, action.start,
+ * action.end.
  * Every struct begins with the text that names it, so that scene_names can walk arrays of them.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BAKE_SCENE_YAML_H
@@ -67,6 +69,78 @@ typedef struct {
 } yaml_target;
 
 typedef struct {
+    char *x, *y, *z;
+} yaml_axes;
+
+typedef struct {
+    char *radius;
+    char **centre;
+    unsigned centre_count;
+} yaml_ball;
+
+typedef struct {
+    char *name;
+    yaml_ball *ball;
+    yaml_axes *above, *below;
+    char **vertices;
+    unsigned vertices_count;
+} yaml_region;
+
+typedef struct {
+    char *region;
+} yaml_slide;
+
+typedef struct {
+    char *mode, *by;
+} yaml_pose_mode;
+
+typedef struct {
+    char *link, *angle;
+} yaml_joint;
+
+typedef struct {
+    char *name, *of, *file;
+    yaml_pose_mode *modes;
+    char **move;
+    yaml_joint *joints;
+    unsigned modes_count, move_count, joints_count;
+} yaml_pose;
+
+typedef struct {
+    char *channel, *region, *joint;
+} yaml_output;
+
+typedef struct {
+    char *name, *parent, *stiff, *length, *angle, *mass, *spring;
+    char **density;
+    unsigned density_count;
+} yaml_link;
+
+typedef struct {
+    char *name, *kind, *mesh, *unit, *thickness, *cell, *modes, *free_root, *root_mass, *width;
+    char **attached, **gravity, **fixed, **damping;
+    yaml_slide *sliding;
+    yaml_region *regions;
+    yaml_pose *poses;
+    yaml_output *outputs;
+    yaml_link *links;
+    unsigned attached_count, gravity_count, fixed_count, damping_count, sliding_count;
+    unsigned regions_count, poses_count, outputs_count, links_count;
+} yaml_body;
+
+typedef struct {
+    char *time, *pose, *weight, *velocity_weight, *region;
+} yaml_body_key;
+
+typedef struct {
+    char *body, *dynamics, *about, *stiffness, *periodic, *add;
+    char **fixed, **damping, **regularise;
+    yaml_slide *sliding;
+    yaml_body_key *keys;
+    unsigned fixed_count, damping_count, regularise_count, sliding_count, keys_count;
+} yaml_action;
+
+typedef struct {
     char *name, *duration, *end, *additive;
     yaml_mark *events;
     unsigned events_count;
@@ -74,6 +148,8 @@ typedef struct {
     unsigned curves_count;
     yaml_motion *meshes;
     unsigned meshes_count;
+    yaml_action *bodies;
+    unsigned bodies_count;
 } yaml_clip;
 
 typedef struct {
@@ -111,10 +187,11 @@ typedef struct {
     yaml_servo *servos;
     yaml_mesh *meshes;
     yaml_view *views;
+    yaml_body *bodies;
     yaml_target *target;
     unsigned sources_count, channels_count, clips_count, masks_count;
     unsigned layers_count, filters_count, triggers_count, servos_count;
-    unsigned meshes_count, views_count;
+    unsigned meshes_count, views_count, bodies_count;
 } yaml_scene;
 
 /* Checks the tree's text against the schema and loads it. */

@@ -31,7 +31,7 @@ static double at(const sampled *v, int f)
 
 double shape_frame_time(const mesh_frames *frames, int i)
 {
-    return i / frames->rate;
+    return frames->time ? frames->time[i] : i / frames->rate;
 }
 
 int shape_loops(const scene *s, const mesh_frames *frames)
@@ -78,7 +78,8 @@ static void held_curve(scene_curve *c, double value, double end)
     }
 }
 
-/* Through samples first .. last; at an inner end the curve has come to rest at 0. */
+/* Through samples first .. last; at an inner end the curve has come to rest at 0. Where velocities jump, so
+ * does the curve's. */
 static void spline_curve(scene_curve *c, const mesh_frames *frames, const double *sample,
                          const int span[3])
 {
@@ -88,7 +89,9 @@ static void spline_curve(scene_curve *c, const mesh_frames *frames, const double
     c->samples->count = last - first + 1;
     c->samples->time = bake_alloc((size_t)c->samples->count, sizeof(double));
     c->samples->value = bake_alloc((size_t)c->samples->count, sizeof(double));
+    c->samples->kink = bake_alloc((size_t)c->samples->count, 1);
     for (int i = first; i <= last; i++) {
+        c->samples->kink[i - first] = frames->kink && i < frames->count && frames->kink[i];
         c->samples->time[i - first] = shape_frame_time(frames, i);
         c->samples->value[i - first] = sample[i];
     }
@@ -139,6 +142,11 @@ static void moving_curve(scene_curve *c, const mesh_frames *frames, const double
     }
 }
 
+static int frames_line(const scene_clip *clip, const mesh_frames *frames)
+{
+    return frames->motion < 0 ? clip->line : clip->motions[frames->motion].line;
+}
+
 /* One channel in one motion, whose first frame is `offset`. */
 static void motion_curve(scene *s, const shape_mesh *m, const mesh_frames *frames, int offset,
                          const sampled *v, int channel)
@@ -152,7 +160,7 @@ static void motion_curve(scene *s, const shape_mesh *m, const mesh_frames *frame
         lo = fmin(lo, sample[i]);
         hi = fmax(hi, sample[i]);
     }
-    scene_curve *c = add_curve(clip, channel, clip->motions[frames->motion].line);
+    scene_curve *c = add_curve(clip, channel, frames_line(clip, frames));
     if (hi - lo <= STILL_SHARE * v->tolerance) {
         double end = shape_frame_time(frames, count > 1 ? count - 1 : 1);
         held_curve(c, lo <= 0 && hi >= 0 ? 0 : (lo + hi) / 2, end);
@@ -223,6 +231,42 @@ static void attach_weights(scene *s, shape_mesh *m, double share)
     }
 }
 
+static scene_curve *copy_curve(scene_clip *clip, const scene_curve *from, int channel)
+{
+    scene_curve *c = add_curve(clip, channel, from->line);
+    *c = *from;
+    c->channel = channel;
+    c->keys = bake_alloc((size_t)from->key_count, sizeof *c->keys);
+    memcpy(c->keys, from->keys, (size_t)from->key_count * sizeof *c->keys);
+    return c;
+}
+
+/* The first mesh of a body makes its channels, the others share them. */
+static void attach_given(scene *s, shape_mesh *m, double share)
+{
+    shape_given *g = m->given;
+    int first = g->channel < 0 ? s->channel_count : g->channel;
+    for (int j = 0, k = 0; j < g->count && g->channel < 0; j++) {
+        char what[16];
+        snprintf(what, sizeof what, "%d", j);
+        int channel = add_channel(s, g->owner, what, share);
+        for (; k < g->curve_count && g->curve[k].basis == j; k++) {
+            copy_curve(&s->clips[g->curve[k].clip], &g->curve[k].curve, channel);
+        }
+    }
+    g->channel = first;
+    for (int j = 0; j < m->form.basis_count; j++) {
+        shape_basis *b = &m->form.basis[j];
+        b->channel = first + b->given;
+        s->channels[b->channel].tolerance = fmin(s->channels[b->channel].tolerance, share);
+        if (m->normals.basis_count > 0) {
+            m->normals.basis[j].channel = b->channel;
+        }
+    }
+    m->channel_first = first;
+    m->channel_count = g->count;
+}
+
 /* X = A (y - origin) + (c + A origin): the player's shape has its origin at 0 then (SPEC 6.8). */
 static void attach_turns(scene *s, shape_mesh *m, double share)
 {
@@ -258,7 +302,7 @@ static int set_lengths(const scene *s, const shape_mesh *m, bake_error *error)
             return bake_fail(error,
                              "%s:%d: clip %s lasts %g s, the frames of mesh %s take %g s: leave "
                              "out the duration, or show fewer `frames`",
-                             s->path, clip->motions[f->motion].line, clip->name, clip->duration,
+                             s->path, frames_line(clip, f), clip->name, clip->duration,
                              s->meshes[m->index].name, end);
         }
     }
@@ -269,7 +313,8 @@ static int set_lengths(const scene *s, const shape_mesh *m, bake_error *error)
  * share over the root of their number. The certificate measures what comes of it. */
 static int attach(scene *s, shape_mesh *m, bake_error *error)
 {
-    int parts = m->form.basis_count + (m->turn ? (int)WG_AFFINE_CHANNELS : 0);
+    int parts = (m->given ? m->given->count : m->form.basis_count) +
+                (m->turn ? (int)WG_AFFINE_CHANNELS : 0);
     const scene_mesh *from = &s->meshes[m->index];
     double share = m->aim.curves * m->tolerance / sqrt(parts > 0 ? parts : 1);
     m->channel_first = s->channel_count;
@@ -284,6 +329,10 @@ static int attach(scene *s, shape_mesh *m, bake_error *error)
                          "%s:%d: mesh %s takes %d channels, and the scene has %d without them; at "
                          "most %u: raise its tolerance or lower `bases`",
                          s->path, from->line, from->name, parts, s->channel_count, WG_CHANNELS_MAX);
+    }
+    if (m->given) {
+        attach_given(s, m, share);
+        return 0;
     }
     attach_weights(s, m, share);
     if (m->turn) {
@@ -340,5 +389,10 @@ void shapes_detach(scene *s, shapes *sh)
     }
     while (s->channel_count > sh->channel_first) {
         free(s->channels[--s->channel_count].name);
+    }
+    for (int i = 0; i < sh->count; i++) {
+        if (sh->mesh[i].given) {
+            sh->mesh[i].given->channel = -1;
+        }
     }
 }

@@ -227,6 +227,9 @@ void shape_order_vertices(shape_mesh *m, int each)
     shape_order(moves, n, order);
     shape_reorder(&m->mesh, order);
     shape_form_reorder(form, order);
+    for (int j = 0; m->given && j < m->given->count; j++) {
+        permute(m->given_basis + (size_t)j * 3 * (size_t)n, 3 * sizeof(double), order, n);
+    }
     free(order);
     free(moves);
 }

@@ -53,6 +53,9 @@ double shape_distance(const shape_affine *turn, const double d[3]);
  * component. */
 double shape_quantise(const double *vector, int rows, int bits, int16_t *entry);
 
+/* For a form of 8 bits: one of its bases, in 8 or in 16. */
+double shape_quantise_mixed(const double *vector, int rows, int wide, int16_t *entry);
+
 /* The stored value of an entry, with the largest as 1. */
 double shape_entry(int bits, int16_t entry);
 
@@ -84,6 +87,7 @@ double shape_refit(const shape_design *d, double *E, double *X);
 
 /* ---- the stages of one mesh ------------------------------------------------------------------- */
 int shape_solve_frames(const scene *s, shape_mesh *m, bake_error *error); /* shape_solve.c */
+int shape_solve_given(const scene *s, shape_mesh *m, bake_error *error);  /* shape_given.c */
 void shape_solve_shapes(const scene *s, shape_mesh *m);                   /* shape_additive.c */
 void shape_solve_normals(const scene *s, shape_mesh *m);                  /* shape_normals.c */
 void shape_vertex_normals(const mesh *m, const double *at, double *normal);
@@ -96,6 +100,14 @@ void shape_make_blocks(shape_form *form);
 /* An order in which the vertices that the same bases move lie together, those that none moves
  * last. moves: a bit a basis, for each vertex. */
 void shape_order(const uint64_t *moves, int vertices, int *order);
+
+/* Frames one behind the other, the tolerance; both are there after the first call. */
+int shape_stack(const scene *s, shape_mesh *m, bake_error *error); /* shape_solve.c */
+/* The box of all frames and of what curves do between them. at: frame_count of them. */
+void shape_reach(const double *const *at, const shape_mesh *m, double lo[3], double hi[3]);
+/* Bases by what they do to the posed surface, the most important first: a device may use only the first
+ * ones. */
+void shape_order_bases(const shape_mesh *m, shape_form *form);
 
 /* Sorts the mesh's vertices: those that no basis moves last [Alexa 7.3.3, N7]; and, if `each`, those
  * that the same bases move together [N8], for at most 64 bases. */

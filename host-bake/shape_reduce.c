@@ -46,6 +46,12 @@ double shape_quantise(const double *vector, int rows, int bits, int16_t *entry)
     return round_to(vector, rows, bits == 8 ? NARROW : WIDE, entry);
 }
 
+double shape_quantise_mixed(const double *vector, int rows, int wide, int16_t *entry)
+{
+    static const int NARROW[2] = {NARROW_TOP, 256}, MIXED[2] = {MIXED_TOP, 1};
+    return round_to(vector, rows, wide ? MIXED : NARROW, entry);
+}
+
 static double *column(const shape_reduction *r, int f)
 {
     return r->residual + (size_t)f * (size_t)r->rows;

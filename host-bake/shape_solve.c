@@ -151,33 +151,44 @@ static double farthest(const shape_mesh *m, const candidate *c)
 /* Room that the values get beside those of the frames: a curve swings past them between frames. */
 #define MARGIN 0.25
 
-/* Scale and rest: the frames' mean, or 0 as in the thesis. `bits_off`: coarser by so many bits. */
-static void place_rest(const shape_mesh *m, int mean, int bits_off, candidate *c)
+void shape_reach(const double *const *at, const shape_mesh *m, double lo[3], double hi[3])
 {
     int rows = 3 * m->mesh.vertex_count;
-    double *rest = bake_alloc((size_t)rows, sizeof *rest), lo[3], hi[3];
     for (int i = 0; i < rows; i++) {
-        double least = HUGE_VAL, most = -HUGE_VAL, sum = 0;
+        double least = HUGE_VAL, most = -HUGE_VAL;
         for (int f = 0; f < m->frame_count; f++) {
-            double y = c->y[(size_t)f * (size_t)rows + (size_t)i];
-            sum += y;
-            least = fmin(least, y);
-            most = fmax(most, y);
+            least = fmin(least, at[f][i]);
+            most = fmax(most, at[f][i]);
         }
-        rest[i] = sum / m->frame_count;
         least -= MARGIN * (most - least);
         most += MARGIN * (most - least);
         lo[i % 3] = i < 3 ? least : fmin(lo[i % 3], least);
         hi[i % 3] = i < 3 ? most : fmax(hi[i % 3], most);
     }
+}
+
+/* Scale and rest: the frames' mean, or 0 as in the thesis. `bits_off`: coarser by so many bits. */
+static void place_rest(const shape_mesh *m, int mean, int bits_off, candidate *c)
+{
+    size_t rows = 3 * (size_t)m->mesh.vertex_count, n = (size_t)m->frame_count;
+    double *rest = bake_alloc(rows, sizeof *rest), lo[3], hi[3];
+    const double **at = bake_alloc(n, sizeof *at);
+    for (size_t f = 0; f < n; f++) {
+        at[f] = c->y + f * rows;
+        for (size_t i = 0; i < rows; i++) {
+            rest[i] += at[f][i];
+        }
+    }
+    shape_reach(at, m, lo, hi);
+    free(at);
     shape_form *form = &c->way.form;
     form->vertex_count = m->mesh.vertex_count;
     form->affine = -1;
     shape_scale(form, lo, hi, 0);
     shape_scale(form, lo, hi, farthest(m, c));
     form->frac -= bits_off;
-    for (int i = 0; i < rows; i++) {
-        rest[i] = mean ? rest[i] : form->origin[i % 3];
+    for (size_t i = 0; i < rows; i++) {
+        rest[i] = mean ? rest[i] / (double)n : form->origin[i % 3];
     }
     shape_round_rest(form, rest);
     free(rest);
@@ -302,9 +313,8 @@ static int keep_better(const scene_mesh *from, const shape_mesh *m, const int wa
     return 0;
 }
 
-/* Bases by what they do to the posed surface, the most important first: a device may use only the
- * first ones. effect: sum over frames of w^2 |A b|^2. */
-static void order_bases(const shape_mesh *m, shape_form *form)
+/* effect: sum over frames of w^2 |A b|^2. */
+void shape_order_bases(const shape_mesh *m, shape_form *form)
 {
     int rows = 3 * form->vertex_count, k = form->basis_count;
     double *effect = bake_alloc((size_t)k + 1, sizeof *effect);
@@ -313,7 +323,7 @@ static void order_bases(const shape_mesh *m, shape_form *form)
         double M[9] = {0}; /* b b^T over the vertices: |A b|^2 = sum of A^T A o M */
         for (int i = 0; i < rows; i += 3) {
             for (int e = 0; e < 9; e++) {
-                M[e] += shape_entry(form->bits, b->entry[i + e / 3]) *
+                M[e] += b->scale * b->scale * shape_entry(form->bits, b->entry[i + e / 3]) *
                         shape_entry(form->bits, b->entry[i + e % 3]);
             }
         }
@@ -340,19 +350,26 @@ static void order_bases(const shape_mesh *m, shape_form *form)
     free(effect);
 }
 
+int shape_stack(const scene *s, shape_mesh *m, bake_error *error)
+{
+    const scene_mesh *from = &s->meshes[m->index];
+    if (!m->frame) {
+        stack(m, from->pieces > 1 ? from->pieces : 1);
+        m->tolerance = from->tolerance > 0 ? from->tolerance : diagonal(m) / 500;
+    }
+    return m->tolerance > 0 ? 0
+                            : bake_fail(error, "%s:%d: mesh %s: all its vertices are in one place",
+                                        s->path, from->line, from->name);
+}
+
 int shape_solve_frames(const scene *s, shape_mesh *m, bake_error *error)
 {
     const scene_mesh *from = &s->meshes[m->index];
     candidate best;
     int err = 0, way[2];
     memset(&best, 0, sizeof best);
-    if (!m->frame) {
-        stack(m, from->pieces > 1 ? from->pieces : 1);
-        m->tolerance = from->tolerance > 0 ? from->tolerance : diagonal(m) / 500;
-    }
-    if (!(m->tolerance > 0)) {
-        return bake_fail(error, "%s:%d: mesh %s: all its vertices are in one place", s->path,
-                         from->line, from->name);
+    if (shape_stack(s, m, error) < 0) {
+        return -1;
     }
     for (way[0] = 0; way[0] < WHOLE_KINDS && err == 0; way[0]++) {
         if (from->affine >= 0 && way[0] != from->affine) {
@@ -371,7 +388,7 @@ int shape_solve_frames(const scene *s, shape_mesh *m, bake_error *error)
         m->turn = best.way.turn;
         m->rotated = best.way.rotated;
         m->left = best.way.left;
-        order_bases(m, &m->form);
+        shape_order_bases(m, &m->form);
         shape_order_vertices(m, 0);
         shape_make_blocks(&m->form);
     } else {

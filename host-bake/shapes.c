@@ -3,6 +3,7 @@
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "shape_parts.h"
 
+#include "bodies.h"
 #include "certify_shapes.h"
 
 #include <math.h>
@@ -20,7 +21,11 @@ static const shape_aim first_aim = {0.92, 0.3};
 
 static int decompose(const scene *s, shape_mesh *m, bake_error *error)
 {
-    if (m->mesh.frames_count == 0) {
+    if (m->given) {
+        if (shape_solve_given(s, m, error) < 0) {
+            return -1;
+        }
+    } else if (m->mesh.frames_count == 0) {
         shape_solve_shapes(s, m);
     } else if (shape_solve_frames(s, m, error) < 0) {
         return -1;
@@ -69,27 +74,36 @@ static void progress(int verbose, const shape_mesh *m, const scene *s)
     }
 }
 
-/* Loads and decomposes without touching the scene. */
-static int load(const scene *s, int verbose, shapes *out, bake_error *error)
+/* A mesh without a file is a chain's, which draws it. */
+static int load_meshes(const scene *s, int verbose, shapes *out, bake_error *error)
 {
     int err = 0;
-    memset(out, 0, sizeof *out);
-    out->channel_first = s->channel_count;
-    out->mesh = bake_alloc((size_t)s->mesh_count + 1, sizeof *out->mesh);
     for (int i = 0; i < s->mesh_count && err == 0; i++) {
         shape_mesh *m = &out->mesh[i];
         m->index = i;
         m->aim = first_aim;
         m->form.affine = m->normals.affine = -1;
-        err = mesh_load(s, i, &m->mesh, error);
-        out->count += err == 0;
         progress(verbose, m, s);
-        if (err == 0) {
-            err = check_memory(s, m, error);
-        }
-        if (err == 0) {
-            err = decompose(s, m, error);
-        }
+        err = s->meshes[i].file ? mesh_load(s, i, &m->mesh, error) : 0;
+        out->count += err == 0;
+    }
+    return err;
+}
+
+static int load(scene *s, int verbose, shapes *out, bake_error *error)
+{
+    memset(out, 0, sizeof *out);
+    out->channel_first = s->channel_count;
+    out->mesh = bake_alloc((size_t)s->mesh_count + 1, sizeof *out->mesh);
+    out->bodies = bake_alloc(1, sizeof *out->bodies);
+    bodies_want(s);
+    int err = load_meshes(s, verbose, out, error);
+    if (err == 0) {
+        err = bodies_make(s, out, verbose, out->bodies, error);
+    }
+    for (int i = 0; i < out->count && err == 0; i++) {
+        progress(verbose, &out->mesh[i], s);
+        err = check_memory(s, &out->mesh[i], error) < 0 ? -1 : decompose(s, &out->mesh[i], error);
     }
     if (verbose && isatty(2) && s->mesh_count > 0) {
         fprintf(stderr, "\r\033[K");
@@ -119,8 +133,14 @@ void shapes_free(shapes *sh)
         forget(&sh->mesh[i]);
         free(sh->mesh[i].frame);
         free(sh->mesh[i].piece);
+        free(sh->mesh[i].given_basis);
+        free(sh->mesh[i].given_weight);
         mesh_free(&sh->mesh[i].mesh);
     }
+    if (sh->bodies) {
+        bodies_free(sh->bodies);
+    }
+    free(sh->bodies);
     free(sh->mesh);
     memset(sh, 0, sizeof *sh);
 }

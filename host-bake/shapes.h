@@ -12,9 +12,24 @@
 #include "mesh.h"
 #include "shape_affine.h"
 
+/* Bases that are known beforehand and have curves of their own: the modes of an elastic body, shared by all
+ * meshes that it moves. A channel value of 1 moves the vertex that moves most by 1. */
+typedef struct {
+    int clip, basis;   /* ascending basis, then clip */
+    scene_curve curve; /* without its channel; owned */
+} given_curve;
+
+typedef struct {
+    const char *owner; /* channels are named <owner>_0 and so on */
+    int count, curve_count;
+    given_curve *curve;
+    int channel; /* the first of `count` of the scene, -1: not attached */
+} shape_given;
+
 /* One basis as the file will hold it. */
 typedef struct {
     int channel;    /* of the scene */
+    int given;      /* which of shape_given's, or -1 */
     int piece;      /* the piece of the sequence that it serves, or -1: all of it */
     double scale;   /* how far a channel value of 1 moves the vertex that moves most [unit] */
     int16_t *entry; /* 3 vertex_count: 32767 (127 * 256 in 8 bits) stands for `scale` */
@@ -58,7 +73,11 @@ typedef struct {
     int piece_count;
     int *piece; /* a frame: which piece of the sequence it is in */
     shape_form form, normals;
-    double left; /* largest distance in any frame before curves and integers [unit] */
+    double left;        /* largest distance in any frame before curves and integers [unit] */
+    shape_given *given; /* a body's, or NULL: bases are found */
+    double *
+        given_basis; /* given->count x 3 vertex_count, in the order of mesh.rest as it was loaded */
+    double *given_weight; /* given->count x frame_count */
     int has_normals;
     int channel_first, channel_count; /* that this mesh appended to the scene */
 } shape_mesh;
@@ -67,6 +86,7 @@ typedef struct shapes {
     int count;
     shape_mesh *mesh;
     int channel_first; /* channels of the scene from here on were made by meshes */
+    struct bodies *bodies;
 } shapes;
 
 /* Loads and decomposes every mesh of `s`, appends channels and curves to it, fits its views. The

@@ -15,6 +15,11 @@ libcyaml-dev            -                        baker: scene files
 libyaml-dev             -                        baker: line numbers in scene files
 liblapacke-dev          -                        baker: banded and dense solvers
 libopenblas-dev         -                        baker: what they run on
+g++                     g++                      baker: the bridges to CGAL and TetGen
+libcgal-dev             -                        baker: checks surfaces
+libtet1.5-dev           -                        baker: tetrahedra
+libsuitesparse-dev      -                        baker: sparse Cholesky factors
+libarpack2-dev          -                        baker: lowest modes
 libpng-dev              -                        baker: pictures
 libsdl2-dev             -                        wiggly view
 gnuplot-nox             gnuplot                  baker and demonstration: plots
@@ -25,6 +30,8 @@ python3-mpmath          -                        oracles
 python3-pil             -                        pictures in tests
 xvfb                    Xvfb                     a screen for the tests of wiggly view
 xdotool                 xdotool                  keys and mouse for them
+python3-scipy           -                        oracles
+libcgal-demo            -                        examples/cactus, walk: their sources
 libmeshoptimizer-dev    -                        benchmark: its vertex codec
 openarena-data          -                        benchmark: an animated character
 python3-yaml            -                        demonstration: servo maps as the scenes have them

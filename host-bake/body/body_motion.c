@@ -1,0 +1,337 @@
+/* From the keys of a scene to motion in reduced coordinates, and back to shapes.
+ * Source: Schulz 2013, algorithm 1 and 2.8.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "body_parts.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define TICKS_MAX 65535.0
+
+static const double DEGREE = 0.017453292519943295;
+
+/* ---- keys ------------------------------------------------------------------------------------- */
+
+static void joint_rates(const body_work *w, const scene_body_key *key, double *u)
+{
+    for (int i = 0; i < key->rate_count; i++) {
+        int at = body_link_coordinate(w, key->rate_link[i]);
+        if (at >= 0) {
+            u[at] = key->rate[i] * DEGREE;
+        }
+    }
+}
+
+static double *key_velocity(const body_work *w, const space *sp, const scene_body_key *key,
+                            const double *x)
+{
+    double *u = bake_alloc((size_t)w->n, sizeof *u);
+    double *v = bake_alloc((size_t)sp->d, sizeof *v);
+    for (int i = 0; i < key->velocity_count; i++) {
+        body_shift(w, &key->velocity[i], x, u);
+    }
+    if (is_chain(w)) {
+        joint_rates(w, key, u);
+    }
+    space_project_vector(sp, u, v);
+    free(u);
+    return v;
+}
+
+/* Rows of the region's vertices, each weighted by the root of its mass, so that a soft pose of all vertices
+ * weighs what a full one does. */
+static void partial_rows(const body_work *w, const space *sp, const scene_body_key *key,
+                         const double *x, space_key *out)
+{
+    const vertex_list *list = body_region(w, key->region);
+    size_t d = (size_t)sp->d;
+    double *S, *p;
+    out->rows = 3 * list->count;
+    out->S = S = bake_alloc((size_t)out->rows * d, sizeof *S);
+    out->p = p = bake_alloc((size_t)out->rows, sizeof *p);
+    for (int i = 0; i < out->rows; i++) {
+        size_t at = 3 * (size_t)list->vertex[i / 3] + (size_t)(i % 3);
+        double root = sqrt(w->b.mass[list->vertex[i / 3]]);
+        p[i] = root * (x[at] - sp->origin[at]);
+        for (size_t j = 0; j < d; j++) {
+            S[(size_t)i * d + j] = root * sp->V[j * (size_t)sp->n + at];
+        }
+    }
+}
+
+static int make_key(body_work *w, const body_clip *c, body_run *r, int index, bake_error *error)
+{
+    const body_group *g = &w->group[r->group];
+    const scene_body_key *from = &r->from->keys[index];
+    space_key *to = &r->key[index];
+    const double *x;
+    if (body_pose(w, from->pose, &x, error) < 0) {
+        return -1;
+    }
+    double *q = bake_alloc((size_t)g->sp.d, sizeof *q);
+    space_project(&g->sp, x, q);
+    *to = (space_key){
+        .time = floor(from->time * c->rate + 0.5) / c->rate, .q = q, .weight = {from->weight, 0}};
+    if (from->has_velocity) {
+        to->v = key_velocity(w, &g->sp, from, x);
+        to->weight[1] = from->velocity_weight;
+    }
+    if (from->region >= 0) {
+        partial_rows(w, &g->sp, from, x, to);
+    }
+    r->at_key[index] = body_group_model(g, from->pose);
+    return 0;
+}
+
+/* A hard velocity of an outer key is its end's condition. */
+static void make_end(body_run *r, int end)
+{
+    space_key *key = &r->key[end ? r->from->key_count - 1 : 0];
+    r->settings.end[end] = r->from->end[end];
+    if (r->from->end[end] != BAKE_END_VELOCITY) {
+        return;
+    }
+    if (key->v && key->weight[1] > 0) {
+        r->settings.end[end] = BAKE_END_FREE;
+    } else {
+        r->settings.end_v[end] = key->v;
+        key->weight[1] = 0;
+    }
+}
+
+static int solve(const body_work *w, body_run *r, bake_error *error)
+{
+    int count = r->from->key_count;
+    bake_error inner = {""};
+    int err = r->from->dynamics == DYNAMICS_BLEND
+                  ? motion_blend(r->at_key, &r->settings, r->key, count, &r->m, &inner)
+              : r->from->dynamics == DYNAMICS_COUPLE
+                  ? motion_couple(r->at_key, &r->settings, r->key, count, &r->m, &inner)
+                  : motion_one_point(r->at_key[0], &r->settings, r->key, count, &r->m, &inner);
+    if (err < 0) {
+        return body_fail(w, r->from->line, error, "%s", inner.text);
+    }
+    if (inner.text[0]) {
+        fprintf(stderr, "%s:%d: body %s: warning: %s\n", w->s->path, r->from->line, w->from->name,
+                inner.text);
+    }
+    return 0;
+}
+
+/* ---- report ----------------------------------------------------------------------------------- */
+
+static double missed(const body_work *w, const body_run *r)
+{
+    const space *sp = &w->group[r->group].sp;
+    double sum = 0, *q = bake_alloc((size_t)sp->d, sizeof *q);
+    double *x = bake_alloc((size_t)w->n, sizeof *x);
+    int count = 0;
+    for (int k = 0; k < r->from->key_count; k++) {
+        const scene_body_key *key = &r->from->keys[k];
+        const vertex_list *list = key->region < 0 ? NULL : body_region(w, key->region);
+        motion_eval(&r->m, r->key[k].time, q, NULL, NULL);
+        space_expand(sp, q, x);
+        for (int i = 0; list && i < list->count; i++, count++) {
+            for (int a = 0; a < 3; a++) {
+                double e = x[3 * list->vertex[i] + a] - w->pose[key->pose][3 * list->vertex[i] + a];
+                sum += e * e;
+            }
+        }
+    }
+    free(q);
+    free(x);
+    return count > 0 ? sqrt(sum / count) / w->from->unit : -1;
+}
+
+static int comparable(const body_run *r)
+{
+    int good = r->from->dynamics != DYNAMICS_SPLINE;
+    for (int i = 0; i < r->from->key_count; i++) {
+        good = good && r->key[i].weight[0] == BAKE_HARD && r->key[i].rows == 0;
+    }
+    return good;
+}
+
+static int report(const body_work *w, body_run *r, bake_error *error)
+{
+    bake_error inner = {""};
+    r->report.dimension = w->group[r->group].sp.d;
+    r->report.energy = r->m.energy;
+    r->report.cubic = -1;
+    r->report.missed = is_chain(w) ? -1 : missed(w, r);
+    if (comparable(r) && motion_compare(&r->m, &r->settings, r->key, r->from->key_count,
+                                        &r->report.energy, &r->report.cubic, &inner) < 0) {
+        return body_fail(w, r->from->line, error, "%s", inner.text);
+    }
+    return 0;
+}
+
+/* ---- one action, one clip --------------------------------------------------------------------- */
+
+static int make_run(body_work *w, body_clip *c, int action, bake_error *error)
+{
+    const scene_action *a = &w->s->clips[c->clip].actions[action];
+    body_run *r = &c->run[c->count++];
+    *r = (body_run){.from = a, .group = body_group_of(w, a, error)};
+    r->report.clip = c->clip;
+    r->report.action = action;
+    if (r->group < 0) {
+        return -1;
+    }
+    r->key = bake_alloc((size_t)a->key_count, sizeof *r->key);
+    r->at_key = bake_alloc((size_t)a->key_count, sizeof *r->at_key);
+    r->settings.alpha = a->damping[0];
+    r->settings.beta = a->damping[1];
+    r->settings.stiffness = a->stiffness;
+    memcpy(r->settings.regularise, a->regularise, sizeof a->regularise);
+    for (int k = 0; k < a->key_count; k++) {
+        if (make_key(w, c, r, k, error) < 0) {
+            return -1;
+        }
+    }
+    make_end(r, 0);
+    make_end(r, 1);
+    return solve(w, r, error) < 0 || report(w, r, error) < 0 ? -1 : 0;
+}
+
+static double longest(const body_work *w, const scene_clip *clip)
+{
+    double end = 0;
+    for (int i = 0; i < clip->action_count; i++) {
+        const scene_action *a = &clip->actions[i];
+        if (a->body == w->index) {
+            end = fmax(end, a->keys[a->key_count - 1].time);
+        }
+    }
+    return end;
+}
+
+int body_clip_make(body_work *w, int clip, body_clip *out, bake_error *error)
+{
+    const scene_clip *from = &w->s->clips[clip];
+    double end = longest(w, from), duration = fmax(end, from->duration);
+    *out = (body_clip){.clip = clip,
+                       .run = bake_alloc((size_t)from->action_count + 1, sizeof *out->run),
+                       .loops = from->end == (int)WG_END_LOOP,
+                       .adds = from->additive};
+    if (end == 0) {
+        return 0;
+    }
+    out->rate =
+        w->s->tick_rate > 0 ? w->s->tick_rate : fmax(1, fmin(1000, floor(TICKS_MAX / duration)));
+    out->to = floor(end * out->rate + 0.5) / out->rate;
+    for (int i = 0; i < from->action_count; i++) {
+        if (from->actions[i].body == w->index && make_run(w, out, i, error) < 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+void body_clip_free(body_clip *c)
+{
+    for (int i = 0; i < c->count; i++) {
+        body_run *r = &c->run[i];
+        for (int k = 0; r->key && k < r->from->key_count; k++) {
+            free((void *)r->key[k].q);
+            free((void *)r->key[k].v);
+            free((void *)r->key[k].S);
+            free((void *)r->key[k].p);
+        }
+        free(r->key);
+        free(r->at_key);
+        motion_free(&r->m);
+    }
+    free(c->run);
+    *c = (body_clip){0};
+}
+
+/* ---- shapes ----------------------------------------------------------------------------------- */
+
+/* Of those that do not add: the one that is at work at t; at the border of two, the later. */
+static const body_run *run_at(const body_clip *c, double t)
+{
+    const body_run *best = NULL;
+    for (int i = 0; i < c->count; i++) {
+        const body_run *r = &c->run[i];
+        if (!r->from->add && (!best || (r->m.from <= t && r->m.from > best->m.from) ||
+                              (best->m.from > t && r->m.from < best->m.from))) {
+            best = r;
+        }
+    }
+    return best;
+}
+
+static void add_run(const body_work *w, const body_run *r, double t, double *x)
+{
+    const space *sp = &w->group[r->group].sp;
+    double *q = bake_alloc((size_t)sp->d, sizeof *q);
+    motion_eval(&r->m, t, q, NULL, NULL);
+    for (int j = 0; j < sp->d; j++) {
+        for (int i = 0; i < w->n; i++) {
+            x[i] += q[j] * sp->V[(size_t)j * (size_t)w->n + (size_t)i];
+        }
+    }
+    free(q);
+}
+
+void body_clip_eval(const body_work *w, const body_clip *c, double t, double *x)
+{
+    const body_run *main = run_at(c, t);
+    memcpy(x, main ? w->group[main->group].sp.origin : w->rest, (size_t)w->n * sizeof *x);
+    if (main) {
+        add_run(w, main, t, x);
+    }
+    for (int i = 0; i < c->count; i++) {
+        if (c->run[i].from->add) {
+            add_run(w, &c->run[i], t, x);
+        }
+    }
+}
+
+/* ---- times ------------------------------------------------------------------------------------ */
+
+static int is_border(const body_clip *c, double t)
+{
+    for (int i = 0; i < c->count; i++) {
+        if (fabs(c->run[i].m.from - t) < 0.5 / c->rate ||
+            fabs(c->run[i].m.to - t) < 0.5 / c->rate) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* Every tick that is a multiple of the step, and those where an action begins or ends. */
+void body_clip_times(const body_clip *c, double step, body_times *out)
+{
+    int ticks = (int)floor(c->to * c->rate + 0.5), every = (int)floor(step * c->rate + 0.5);
+    every = every < 1 ? 1 : every;
+    out->count = 0;
+    out->time = bake_alloc((size_t)ticks + 3, sizeof *out->time);
+    out->kink = bake_alloc((size_t)ticks + 3, 1);
+    for (int i = 0; i <= ticks; i++) {
+        double t = i / c->rate;
+        int border = is_border(c, t), near = 0;
+        for (int j = i - every / 3; j <= i + every / 3 && !border; j++) {
+            near |= is_border(c, j / c->rate);
+        }
+        if ((i % every == 0 && !near) || border || i == ticks) {
+            out->kink[out->count] = (char)(border && i > 0 && i < ticks);
+            out->time[out->count++] = t;
+        }
+    }
+    if (c->loops && out->count > 1) {
+        out->count--; /* the end is where it begins again */
+    } else {
+        out->time[out->count] = c->to + step;
+    }
+}
+
+void body_times_free(body_times *t)
+{
+    free(t->time);
+    free(t->kink);
+}

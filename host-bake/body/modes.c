@@ -1,0 +1,215 @@
+/* The lowest vibration modes of a sparse system.                                    [Schulz (2.11)]
+ * Source: own, on CHOLMOD and LAPACK: block Lanczos (modes_lanczos.c) on (S - sigma)^-1.
+ *   S      n x n   M^-1/2 K M^-1/2: S y = lambda y, phi = M^-1/2 y, and M-norms are plain norms of y
+ *   sigma          below the lowest eigenvalue, so that S - sigma has a Cholesky factor
+ *
+ * Residuals: |S y - lambda y| / max(|lambda|, lambda_first) = |K phi - lambda M phi| in the norm of M^-1,
+ * relative to lambda, or for rigid modes to lambda_first, the |lambda| of the softest mode that is not rigid:
+ * what a rigid mode's error weighs beside the motions one sees. They must be below 1e-8, or, where that
+ * is out of reach of doubles (thin shells on fine meshes), below what rounding in products with K leaves:
+ * 64 eps times a bound of the largest eigenvalue.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "modes_parts.h"
+
+#include <cblas.h>
+#include <float.h>
+#include <lapacke.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Below this LAPACK is faster, and needs no shift. */
+#define SMALL 200
+
+/* The first shift, relative to the largest eigenvalue: about where the softest modes of 1e4 .. 1e5
+ * elements are. */
+#define FIRST_SHIFT 1e-6
+
+/* A look at the spectrum after this many blocks decides whether another shift pays. */
+#define LOOK_STEPS 3
+
+typedef struct {
+    const sparse *S;
+    const double *one; /* n x 1 */
+    double bound, sigma;
+    sparse_factor *f;
+} shifted;
+
+/* 1 = not positive definite */
+static int set_shift(shifted *s, double sigma, bake_error *error)
+{
+    s->sigma = sigma;
+    return sparse_refactor(s->f, s->S, -sigma, s->one, error);
+}
+
+/* A first shift for which a factor exists: at -bound the diagonal dominates. */
+static int find_shift(shifted *s, bake_error *error)
+{
+    double sigma = -FIRST_SHIFT * s->bound;
+    int err = set_shift(s, sigma, error);
+    while (err == 1 && sigma > -8 * s->bound) {
+        sigma *= 8;
+        err = set_shift(s, sigma, error);
+    }
+    return err == 1
+               ? bake_fail(error, "the stiffness matrix has no factor: are its numbers finite?")
+               : err;
+}
+
+/* Where the shift should be, from what Lanczos has seen: a tenth of the softest mode below 0, or a tenth
+ * of the lowest eigenvalue below it. Not nearer: rounding in the others grows with the distance. */
+static double better_shift(const shifted *s, const lanczos *z)
+{
+    double noise = 64 * DBL_EPSILON * s->bound, lowest = s->sigma + 1 / z->theta[0];
+    if (lowest + z->error[0] / (z->theta[0] * z->theta[0]) < -noise) {
+        return 1.1 * lowest;
+    }
+    for (int i = 0; i < z->size; i++) {
+        double lambda = s->sigma + 1 / z->theta[i];
+        if (fabs(lambda) > noise + z->error[i] / (z->theta[i] * z->theta[i])) {
+            return -0.1 * fabs(lambda);
+        }
+    }
+    return 0.01 * s->sigma;
+}
+
+/* Lanczos to the end, from a shift that suits. */
+static int iterate(shifted *s, lanczos *z, bake_error *error)
+{
+    int wanted = z->wanted, most = 60 * (wanted + LANCZOS_BLOCK), reshifts = 4;
+    for (int step = 1; z->solves < most; step++) {
+        lanczos_step(z, s->f);
+        if (step < LOOK_STEPS || z->size < LOOK_STEPS * LANCZOS_BLOCK) {
+            continue;
+        }
+        lanczos_look(z);
+        if (lanczos_done(z)) {
+            return 0;
+        }
+        double old = s->sigma, better = better_shift(s, z);
+        if (step == LOOK_STEPS && old < 4 * better && reshifts-- > 0) {
+            int known = z->size < 2 * LANCZOS_BLOCK ? z->size : 2 * LANCZOS_BLOCK;
+            double *Y = bake_alloc((size_t)z->n * (size_t)known, sizeof *Y);
+            lanczos_vectors(z, known, Y);
+            lanczos_free(z);
+            lanczos_make(z, s->S->n, wanted, Y, known);
+            free(Y);
+            int err = set_shift(s, better, error);
+            if (err == 1) { /* too near: back to where it worked, to stay there */
+                err = set_shift(s, old, error);
+                reshifts = 0;
+            }
+            if (err != 0) {
+                return -1;
+            }
+            step = 0;
+        }
+    }
+    return bake_fail(error, "%d modes of %d unknowns did not converge in %d solves", wanted,
+                     s->S->n, z->solves);
+}
+
+/* Rayleigh-Ritz in the space of the columns of out->phi: lambda, phi, |S y - lambda y|. */
+static int rotate(const sparse *S, modes *out, bake_error *error)
+{
+    int n = S->n, k = out->count, info;
+    size_t size = (size_t)n * (size_t)k;
+    double *Y = out->phi, *R = bake_alloc(size, sizeof *R), *old = bake_alloc(size, sizeof *old);
+    double *H = bake_alloc((size_t)k * (size_t)k, sizeof *H), *tau = bake_alloc((size_t)k, 8);
+    LAPACKE_dgeqrf(LAPACK_COL_MAJOR, n, k, Y, n, tau);
+    LAPACKE_dorgqr(LAPACK_COL_MAJOR, n, k, k, Y, n, tau);
+    for (int j = 0; j < k; j++) {
+        sparse_multiply(S, Y + (size_t)j * (size_t)n, R + (size_t)j * (size_t)n);
+    }
+    cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, k, k, n, 1, Y, n, R, n, 0, H, k);
+    info = LAPACKE_dsyevd(LAPACK_COL_MAJOR, 'V', 'L', k, H, k, out->lambda);
+    memcpy(old, Y, size * sizeof *Y);
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, n, k, k, 1, old, n, H, k, 0, Y, n);
+    memcpy(old, R, size * sizeof *R);
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, n, k, k, 1, old, n, H, k, 0, R, n);
+    for (int j = 0; j < k; j++) {
+        double *r = R + (size_t)j * (size_t)n;
+        cblas_daxpy(n, -out->lambda[j], Y + (size_t)j * (size_t)n, 1, r, 1);
+        out->residual[j] = cblas_dnrm2(n, r, 1);
+    }
+    free(R);
+    free(old);
+    free(H);
+    free(tau);
+    return info == 0 ? 0 : bake_fail(error, "the eigenvalues of %d modes failed with %d", k, info);
+}
+
+static int sparse_modes(const sparse *S, double bound, int count, modes *out, bake_error *error)
+{
+    shifted s = {.S = S, .bound = bound, .f = sparse_analyse(S, error)};
+    lanczos z = {0};
+    double *one = bake_alloc((size_t)S->n, sizeof *one);
+    for (int i = 0; i < S->n; i++) {
+        one[i] = 1;
+    }
+    s.one = one;
+    modes_room(out, S->n, count);
+    lanczos_make(&z, S->n, count, NULL, 0);
+    int err = !s.f || find_shift(&s, error) < 0 || iterate(&s, &z, error) < 0 ? -1 : 0;
+    if (err == 0) {
+        lanczos_vectors(&z, count, out->phi);
+        /* One inverse iteration more takes out what rounding left of the stiffest modes, which weigh most
+         * in K phi. */
+        sparse_solve_plain(s.f, out->phi, count);
+        err = rotate(S, out, error);
+    }
+    lanczos_free(&z);
+    sparse_factor_free(s.f);
+    free(one);
+    return err;
+}
+
+/* root[i] = sqrt(M_i) */
+static int scale(const sparse *K, const double *M, double *root, sparse *S, bake_error *error)
+{
+    size_t entries = (size_t)K->column[K->n];
+    for (int i = 0; i < K->n; i++) {
+        if (!(M[i] > 0 && M[i] < HUGE_VAL)) {
+            return bake_fail(error, "coordinate %d has a mass of %g kg", i, M[i]);
+        }
+        root[i] = sqrt(M[i]);
+    }
+    *S = *K; /* the pattern is shared */
+    S->value = bake_alloc(entries, sizeof *S->value);
+    for (int j = 0; j < K->n; j++) {
+        for (int p = K->column[j]; p < K->column[j + 1]; p++) {
+            S->value[p] = K->value[p] / (root[j] * root[K->row[p]]);
+        }
+    }
+    return 0;
+}
+
+int modes_solve(const sparse *K, const double *M, int count, modes *out, bake_error *error)
+{
+    sparse S = {0};
+    int n = K->n, err;
+    memset(out, 0, sizeof *out);
+    if (count < 1 || count >= n) {
+        return bake_fail(error, "%d modes of a body with %d coordinates: at most %d", count, n,
+                         n - 1);
+    }
+    double *root = bake_alloc((size_t)n, sizeof *root), bound = 0;
+    err = scale(K, M, root, &S, error);
+    if (err == 0) {
+        bound = modes_bound(&S);
+        err = n < SMALL || count > n / 3 ? modes_dense_scaled(&S, count, out, error)
+                                         : sparse_modes(&S, bound, count, out, error);
+    }
+    for (int j = 0; err == 0 && j < count; j++) {
+        for (int i = 0; i < n; i++) {
+            out->phi[(size_t)j * (size_t)n + (size_t)i] /= root[i];
+        }
+    }
+    err = err == 0 ? modes_finish(out, bound, error) : err;
+    if (err < 0) {
+        modes_free(out);
+    }
+    free(S.value);
+    free(root);
+    return err;
+}

@@ -1,0 +1,288 @@
+/* Fills a surface with tetrahedra: CGAL's checks and TetGen in a process of their own, what comes back
+ * is believed only as far as it is checked.
+ * Source: TetGen 1.5.0 (H. Si) behind bridge.h; own: what is asked of it and what is checked.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "bridge.h"
+#include "isolate.h"
+#include "tets_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define TETS_MAX 1000000
+
+/* How many tetrahedra there are for each that has the volume of a regular one with edges of a cell, inside:
+ * cubes, and animals of 600 to 14,000 vertices, have 1.5 to 2.0. */
+#define TETS_EACH 1.7
+
+/* Without a cell of its own a mesh has about as many inside, or less where its triangles are large: enough
+ * for its lowest modes. */
+#define TETS_USUAL 50000
+
+/* A tetrahedron's circumscribed radius is at most this many of its shortest edges: TetGen's promise
+ * ends where the surface itself is sharper than 60 degrees. */
+#define RATIO 1.3
+
+/* Of vertices that TetGen adds: a million tetrahedra have about 170,000, and where the limit is met there
+ * are more than a million. */
+#define ADDED_MAX 400000
+
+/* The surface's edges are halved until none is longer than this many cells: then most are about one cell
+ * long, and a surface that is drawn in triangles of that size keeps nearly all of them. */
+#define LONGEST 2.0
+
+/* Relative: the filled volume is the surface's, but for the rounded middles of its edges. */
+#define VOLUME_TOLERANCE 1e-6
+
+static const isolate_words filling = {
+    .before = "mesh ",
+    .after = "",
+    .verb = "fill",
+    .past = "filled with tetrahedra",
+    .stopped = "is a closed surface as far as can be seen, but crashes the mesher",
+    .slow_try = "give it a larger 'cell', or fewer triangles",
+    .large_try = "give it a larger 'cell', or fewer triangles",
+    .stopped_try = "simplify it, move close triangles apart, or make it anew with a remesher",
+};
+
+typedef struct {
+    const surface *s;
+    double cell;
+    const surface_origin *origin;
+    body *out;
+    double volume; /* inside the surface */
+} job;
+
+double tets_det(const double *a, const double *b, const double *c, const double *d)
+{
+    double u[3], v[3], w[3];
+    for (int k = 0; k < 3; k++) {
+        u[k] = b[k] - a[k];
+        v[k] = c[k] - a[k];
+        w[k] = d[k] - a[k];
+    }
+    return u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) +
+           u[2] * (v[0] * w[1] - v[1] * w[0]);
+}
+
+/* ---- what must be true of the result ---------------------------------------------------------- */
+
+static int fail_filled(const job *j, const char *what, const double *at, bake_error *error)
+{
+    return bake_fail(error,
+                     "%s:%d: mesh %s was filled badly: %s at (%.6g, %.6g, %.6g); change 'cell' a "
+                     "little, or simplify the mesh there",
+                     j->origin->scene, j->origin->line, j->origin->name, what, at[0], at[1], at[2]);
+}
+
+/* Every index in range, every place finite: then the rest can be computed. */
+static int check_arrays(const body *b)
+{
+    for (size_t i = 0; i < 3 * (size_t)b->vertex_count; i++)
+        if (!isfinite(b->rest[i]))
+            return -1;
+    for (int i = 0; i < b->element_count; i++)
+        for (int k = 0; k < 4; k++)
+            if (b->element[i][k] < 0 || b->element[i][k] >= b->vertex_count)
+                return -1;
+    return 0;
+}
+
+static int check_volumes(const job *j, const body *b, bake_error *error)
+{
+    double sum = 0.0;
+    for (int i = 0; i < b->element_count; i++) {
+        const double *p[4];
+        for (int k = 0; k < 4; k++)
+            p[k] = b->rest + 3 * (size_t)b->element[i][k];
+        double det = tets_det(p[0], p[1], p[2], p[3]);
+        if (!(det > 0.0))
+            return fail_filled(j, "a flat tetrahedron", p[0], error);
+        sum += det / 6.0;
+    }
+    if (fabs(sum - j->volume) <= VOLUME_TOLERANCE * j->volume)
+        return 0;
+    return bake_fail(error,
+                     "%s:%d: mesh %s was filled badly: its volume is %g, that of its tetrahedra "
+                     "%g; change 'cell' a little, or simplify the mesh",
+                     j->origin->scene, j->origin->line, j->origin->name, j->volume, sum);
+}
+
+/* The first vertices are the surface's, to the bit, and each is a corner of something. */
+static int check_vertices(const job *j, const body *b, bake_error *error)
+{
+    char *used = bake_alloc((size_t)b->vertex_count, 1);
+    int err = 0;
+    for (int i = 0; i < b->element_count; i++)
+        for (int k = 0; k < 4; k++)
+            used[b->element[i][k]] = 1;
+    for (int i = 0; i < b->vertex_count && err == 0; i++) {
+        const double *at = b->rest + 3 * (size_t)i;
+        if (!used[i])
+            err = fail_filled(j, "a vertex is left out", at, error);
+        else if (i < j->s->vertex_count &&
+                 memcmp(at, j->s->at + 3 * (size_t)i, 3 * sizeof *at) != 0)
+            err = fail_filled(j, "a vertex was moved", at, error);
+    }
+    free(used);
+    return err;
+}
+
+static int check_body(const job *j, const body *b, bake_error *error)
+{
+    if (check_arrays(b))
+        return bake_fail(error, "%s:%d: mesh %s was filled with what is no mesh", j->origin->scene,
+                         j->origin->line, j->origin->name);
+    return check_vertices(j, b, error) || check_volumes(j, b, error) ? -1 : 0;
+}
+
+/* ---- in the process --------------------------------------------------------------------------- */
+
+/* The mean of the surface's edges; each belongs to two triangles, so that it does not matter that all are
+ * counted twice. */
+static double mean_edge(const surface *s)
+{
+    double sum = 0.0;
+    for (int i = 0; i < s->triangle_count; i++)
+        for (int k = 0; k < 3; k++) {
+            const double *a = s->at + 3 * (size_t)s->triangle[i][k];
+            const double *b = s->at + 3 * (size_t)s->triangle[i][(k + 1) % 3];
+            sum += tets_distance(a, b);
+        }
+    return sum / (3.0 * s->triangle_count);
+}
+
+static double volume_of(double cell)
+{
+    return cell * cell * cell / (6.0 * sqrt(2.0));
+}
+
+static double usual_cell(const job *j)
+{
+    return fmax(mean_edge(j->s), cbrt(TETS_EACH * j->volume / volume_of(1.0) / TETS_USUAL));
+}
+
+static int fail_many(const job *j, double cell, double tets, bake_error *error)
+{
+    return bake_fail(error,
+                     "%s:%d: mesh %s takes about %.2g tetrahedra with a cell of %.3g, and %d are "
+                     "the most; give it a 'cell' of %.3g or more",
+                     j->origin->scene, j->origin->line, j->origin->name, tets, cell, TETS_MAX,
+                     cell * cbrt(1.2 * tets / TETS_MAX));
+}
+
+/* TetGen drops vertices that it does not use; should it add one and forget it, it goes too. The surface's
+ * stay: check_vertices says when one of them is left out. */
+static void drop_unused(const surface *s, bridge_tets *t)
+{
+    int *place = bake_alloc((size_t)t->vertex_count, sizeof *place), kept = 0;
+    for (int i = 0; i < t->tet_count; i++)
+        for (int k = 0; k < 4; k++)
+            place[t->tet[i][k]] = 1;
+    for (int i = 0; i < t->vertex_count; i++) {
+        if (i < s->vertex_count || place[i]) {
+            memmove(t->at + 3 * (size_t)kept, t->at + 3 * (size_t)i, 3 * sizeof *t->at);
+            place[i] = kept++;
+        }
+    }
+    for (int i = 0; i < t->tet_count; i++)
+        for (int k = 0; k < 4; k++)
+            t->tet[i][k] = place[t->tet[i][k]];
+    t->vertex_count = kept;
+    free(place);
+}
+
+static int fill(const job *j, const surface *s, double cell, bridge_tets *out, bake_error *error)
+{
+    const bridge_surface b = {s->vertex_count, s->triangle_count, s->at, s->triangle};
+    const bridge_fill settings = {volume_of(cell), RATIO, ADDED_MAX};
+    bridge_message message = {""};
+    double inside = TETS_EACH * j->volume / settings.volume_max;
+    if (inside > TETS_MAX)
+        return fail_many(j, cell, inside, error);
+    if (bridge_tetgen(&b, &settings, out, &message))
+        return bake_fail(error,
+                         "%s:%d: mesh %s cannot be filled: TetGen: %s; it is a closed surface, so "
+                         "move close triangles apart, simplify it, or give it another 'cell'",
+                         j->origin->scene, j->origin->line, j->origin->name, message.text);
+    if (out->tet_count <= TETS_MAX)
+        return 0;
+    return fail_many(j, cell, out->tet_count, error);
+}
+
+static int make(job *j, bake_error *error)
+{
+    double cell = j->cell > 0.0 ? j->cell : usual_cell(j);
+    surface split;
+    bridge_tets t;
+    if (tets_split(j->s, LONGEST * cell, TETS_MAX, &split))
+        return fail_many(j, cell, fmax(TETS_MAX, TETS_EACH * j->volume / volume_of(cell)), error);
+    if (fill(j, &split, cell, &t, error))
+        return -1;
+    drop_unused(&split, &t);
+    j->out->vertex_count = t.vertex_count;
+    j->out->element_count = t.tet_count;
+    j->out->rest = t.at;
+    j->out->element = t.tet;
+    return check_body(j, j->out, error);
+}
+
+/* Nothing is released on the way out: the process ends. */
+static int fill_here(void *what, isolate_note *now, bake_error *error)
+{
+    job *j = what;
+    isolate_now(now, j->origin->line, j->origin->name);
+    if (tets_check(j->s, j->origin, &j->volume, error))
+        return -1;
+    isolate_now(now, j->origin->line, j->origin->name);
+    return make(j, error);
+}
+
+static void send(const void *what, FILE *to)
+{
+    const job *j = what;
+    const body *b = j->out;
+    const int count[2] = {b->vertex_count, b->element_count};
+    fwrite(&j->volume, sizeof j->volume, 1, to);
+    fwrite(count, sizeof count, 1, to);
+    fwrite(b->rest, 3 * sizeof *b->rest, (size_t)b->vertex_count, to);
+    fwrite(b->element, sizeof *b->element, (size_t)b->element_count, to);
+}
+
+/* ---- in the baker ----------------------------------------------------------------------------- */
+
+static void drop(body *b)
+{
+    free(b->rest);
+    free(b->element);
+    *b = (body){.kind = BODY_SOLID};
+}
+
+static int take(void *what, FILE *from)
+{
+    job *j = what;
+    body *b = j->out;
+    int count[2];
+    if (fread(&j->volume, sizeof j->volume, 1, from) != 1 ||
+        fread(count, sizeof count, 1, from) != 1 || count[0] < j->s->vertex_count || count[1] < 1 ||
+        count[1] > TETS_MAX || count[0] > 4 * count[1])
+        return -1;
+    b->vertex_count = count[0];
+    b->element_count = count[1];
+    b->rest = isolate_get(from, (size_t)count[0], 3 * sizeof *b->rest);
+    b->element = isolate_get(from, (size_t)count[1], sizeof *b->element);
+    if (b->rest != NULL && b->element != NULL && check_body(j, b, NULL) == 0)
+        return 0;
+    drop(b);
+    return -1;
+}
+
+int tets_make(const surface *s, double cell, const surface_origin *origin, body *out,
+              bake_error *error)
+{
+    job j = {.s = s, .cell = cell, .origin = origin, .out = out};
+    const isolate_job filled = {origin->scene, &j, fill_here, send, take};
+    *out = (body){.kind = BODY_SOLID};
+    return isolate_as(&filled, &filling, error);
+}

@@ -1,0 +1,59 @@
+/* What the files of tets.h share.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#ifndef BAKE_TETS_PARTS_H
+#define BAKE_TETS_PARTS_H
+
+#include "tets.h"
+
+/* 0 and the volume inside, in the surface's unit; or -1 and what is wrong, where, and what to do. */
+int tets_check(const surface *s, const surface_origin *origin, double *volume, bake_error *error);
+
+/* An edge of one triangle of a surface. */
+typedef struct {
+    int a, b;      /* a < b */
+    int corner[2]; /* of a and of b: 3 triangle + 0 .. 2 */
+} tets_edge;
+
+/* 3 triangle_count, the caller's: those of one edge side by side, in the order of vertices. */
+tets_edge *tets_edges(const surface *s);
+
+/* How many of the edges from here on are the same one. */
+int tets_edge_count(const surface *s, const tets_edge *list, int from);
+
+double tets_distance(const double *a, const double *b);
+
+/* The same surface with all edges that are longer than `longest` halved until none is. Its first vertices
+ * are those of `s`; `at` and `triangle` are the caller's. -1: more than triangles_max of them. */
+int tets_split(const surface *s, double longest, int triangles_max, surface *out);
+
+/* Six times the volume of the tetrahedron a b c d. */
+double tets_det(const double *a, const double *b, const double *c, const double *d);
+
+/* A triangle of a body's surface: its corners in ascending order, and what it is a side of. */
+typedef struct {
+    int corner[3], element;
+} tets_face;
+
+/* A uniform grid of cubes over `count` boxes: the boxes of cell i are item[start[i]] .. item[start[i + 1] - 1].
+ */
+typedef struct {
+    double low[3], high[3], edge;
+    int cells[3];
+    size_t *start;
+    int *item;
+} tets_grid;
+
+/* The box around item i: its smallest and largest coordinates. */
+typedef void tets_grid_box(const void *what, int i, double box[2][3]);
+
+void tets_grid_make(tets_grid *g, int count, tets_grid_box *box, const void *what);
+void tets_grid_free(tets_grid *g);
+
+/* Visits what may contain p. */
+void tets_grid_at(const tets_grid *g, const double *p, void (*visit)(void *, int), void *what);
+
+/* Visits what may be nearest to p, some of it more than once. `visit` returns the square of the smallest
+ * distance so far. */
+void tets_grid_near(const tets_grid *g, const double *p, double (*visit)(void *, int), void *what);
+
+#endif
