@@ -37,20 +37,6 @@ static void report_modes(const body_work *w, body_report *r)
     }
 }
 
-/* A chain's modes: at rest, all of them. */
-static int chain_modes(body_work *w, bake_error *error)
-{
-    size_t n = (size_t)w->n;
-    bake_error inner = {""};
-    double *K = bake_alloc(n * n, sizeof *K), *M = bake_alloc(n * n, sizeof *M);
-    chain_hessian(&w->c, w->rest, K);
-    chain_mass(&w->c, w->rest, M);
-    int err = modes_dense(K, M, w->n, &w->own, &inner);
-    free(K);
-    free(M);
-    return err == 0 ? 0 : body_fail(w, w->from->line, error, "its modes: %s", inner.text);
-}
-
 static int fill_report(body_work *w, const body_clip *clips, int count, body_report *r,
                        bake_error *error)
 {
@@ -59,7 +45,7 @@ static int fill_report(body_work *w, const body_clip *clips, int count, body_rep
                        .elements = is_chain(w) ? w->c.link_count : w->b.element_count,
                        .coordinates = is_chain(w) ? w->n : w->held.count,
                        .far = w->far};
-    if ((is_chain(w) ? chain_modes(w, error) : body_own_modes(w, error)) < 0) {
+    if (body_own_modes(w, error) < 0) {
         return -1;
     }
     report_modes(w, r);

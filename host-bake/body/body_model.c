@@ -148,7 +148,7 @@ static int gather_poses(space_work *k, bake_error *error)
         if (body_pose(w, walk.key->pose, &x, error) < 0) {
             return -1;
         }
-        if (k->g->like->dynamics == DYNAMICS_SPLINE) {
+        if (k->g->like->dynamics == DYNAMICS_SPLINE && !is_chain(w)) {
             add_velocity(w, walk.key, x, &k->v);
         }
         if (walk.key->region >= 0 || !note_pose(k, walk.key->pose)) {

@@ -136,7 +136,23 @@ int body_modes(const body_work *w, const freedom *f, const double *x, int moved,
     return 0;
 }
 
+/* A chain's: all of them. */
+static int chain_modes(body_work *w, bake_error *error)
+{
+    size_t n = (size_t)w->n;
+    bake_error inner = {""};
+    double *K = bake_alloc(n * n, sizeof *K), *M = bake_alloc(n * n, sizeof *M);
+    chain_hessian(&w->c, w->rest, K);
+    chain_mass(&w->c, w->rest, M);
+    int err = modes_dense(K, M, w->n, &w->own, &inner);
+    free(K);
+    free(M);
+    return err == 0 ? 0 : body_fail(w, w->from->line, error, "its modes: %s", inner.text);
+}
+
 int body_own_modes(body_work *w, bake_error *error)
 {
-    return w->own.count > 0 ? 0 : body_modes(w, &w->held, w->rest, 0, &w->own, error);
+    return w->own.count > 0 ? 0
+           : is_chain(w)    ? chain_modes(w, error)
+                            : body_modes(w, &w->held, w->rest, 0, &w->own, error);
 }

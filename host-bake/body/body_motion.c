@@ -14,8 +14,13 @@ static const double DEGREE = 0.017453292519943295;
 
 /* ---- keys ------------------------------------------------------------------------------------- */
 
-static void joint_rates(const body_work *w, const scene_body_key *key, double *u)
+/* Of the root, and of joints. */
+static void chain_rates(const body_work *w, const scene_body_key *key, double *u)
 {
+    for (int i = 0; i < key->velocity_count && w->c.free_root; i++) {
+        u[0] += key->velocity[i].by[0] * w->from->unit;
+        u[1] += key->velocity[i].by[1] * w->from->unit;
+    }
     for (int i = 0; i < key->rate_count; i++) {
         int at = body_link_coordinate(w, key->rate_link[i]);
         if (at >= 0) {
@@ -29,11 +34,11 @@ static double *key_velocity(const body_work *w, const space *sp, const scene_bod
 {
     double *u = bake_alloc((size_t)w->n, sizeof *u);
     double *v = bake_alloc((size_t)sp->d, sizeof *v);
-    for (int i = 0; i < key->velocity_count; i++) {
+    for (int i = 0; i < key->velocity_count && !is_chain(w); i++) {
         body_shift(w, &key->velocity[i], x, u);
     }
     if (is_chain(w)) {
-        joint_rates(w, key, u);
+        chain_rates(w, key, u);
     }
     space_project_vector(sp, u, v);
     free(u);

@@ -154,29 +154,44 @@ static int take_file(const body_work *w, const scene_pose *pose, const double *a
     return err;
 }
 
+/* The largest displacement of a vertex in u; of a chain, the largest angle. */
+static double largest(const body_work *w, const double *u)
+{
+    double most = 0;
+    for (int i = 0; i < w->n && !is_chain(w); i += 3) {
+        most = fmax(most, sqrt(u[i] * u[i] + u[i + 1] * u[i + 1] + u[i + 2] * u[i + 2]));
+    }
+    for (int i = w->c.free_root ? 2 : 0; i < w->n && is_chain(w); i++) {
+        most = fmax(most, fabs(u[i]));
+    }
+    return most;
+}
+
 static int add_modes(body_work *w, const scene_pose *pose, double *x, bake_error *error)
 {
     if (body_own_modes(w, error) < 0) {
         return -1;
     }
     int first = w->own.negative + w->own.rigid;
-    double *u = bake_alloc((size_t)w->n, sizeof *u);
+    double *u = bake_alloc((size_t)w->n, sizeof *u), unit = is_chain(w) ? DEGREE : w->from->unit;
     int err = 0;
     for (int i = 0; i < pose->mode_count && err == 0; i++) {
         int mode = first + pose->modes[i].mode - 1;
         if (mode >= w->own.count) {
-            err = body_fail(w, pose->line, error,
-                            "pose '%s' wants mode %d of %d: raise the body's `modes`", pose->name,
-                            pose->modes[i].mode, w->own.count - first);
+            err = body_fail(w, pose->line, error, "pose '%s' wants mode %d of %d%s", pose->name,
+                            pose->modes[i].mode, w->own.count - first,
+                            is_chain(w) ? "" : ": raise the body's `modes`");
             break;
         }
-        double most = 0;
-        freedom_expand(&w->held, w->own.phi + (size_t)mode * (size_t)w->own.n, u);
-        for (int v = 0; v < w->n; v += 3) {
-            most = fmax(most, sqrt(u[v] * u[v] + u[v + 1] * u[v + 1] + u[v + 2] * u[v + 2]));
+        const double *phi = w->own.phi + (size_t)mode * (size_t)w->own.n;
+        if (is_chain(w)) {
+            memcpy(u, phi, (size_t)w->n * sizeof *u);
+        } else {
+            freedom_expand(&w->held, phi, u);
         }
+        double scale = pose->modes[i].by * unit / largest(w, u);
         for (int v = 0; v < w->n; v++) {
-            x[v] += u[v] / most * pose->modes[i].by * w->from->unit;
+            x[v] += scale * u[v];
         }
     }
     free(u);
@@ -214,20 +229,57 @@ static int elastic_pose(body_work *w, const scene_pose *pose, double *x, bake_er
 
 /* ---- chains ----------------------------------------------------------------------------------- */
 
-static void chain_pose(const body_work *w, const scene_pose *pose, double *q)
+/* The centre of its masses: points, and rods of linear density with their first moments. */
+static void chain_centre(const body_work *w, const double *q, double out[2])
 {
+    double *ends = bake_alloc(4 * (size_t)w->c.link_count, sizeof *ends), mass = w->c.root_mass;
+    chain_points(&w->c, q, ends);
+    out[0] = mass * q[0];
+    out[1] = mass * q[1];
+    for (int i = 0; i < w->c.link_count; i++) {
+        const chain_link *l = &w->links[i];
+        double rod = l->length * (l->density[0] + l->density[1]) / 2;
+        double first = l->length * (l->density[0] + 2 * l->density[1]) / 6; /* moment over length */
+        for (int k = 0; k < 2; k++) {
+            double start = ends[4 * i + k], end = ends[4 * i + 2 + k];
+            out[k] += l->end_mass * end + rod * start + first * (end - start);
+        }
+        mass += l->end_mass + rod;
+    }
+    out[0] /= mass;
+    out[1] /= mass;
+    free(ends);
+}
+
+/* `turn` and `move` need a free root (scene_body_pose.c). */
+static void chain_place(const body_work *w, const scene_pose *pose, double *q)
+{
+    double before[2], after[2];
+    chain_centre(w, q, before);
+    for (int i = 2; i < w->n; i++) {
+        q[i] += pose->angle * DEGREE * (pose->axis[2] < 0 ? -1 : 1);
+    }
+    chain_centre(w, q, after);
+    for (int k = 0; k < 2; k++) {
+        q[k] += (pose->angle != 0 ? before[k] - after[k] : 0) + pose->move[k] * w->from->unit;
+    }
+}
+
+static int chain_pose(body_work *w, const scene_pose *pose, double *q, bake_error *error)
+{
+    if (pose->mode_count > 0 && add_modes(w, pose, q, error) < 0) {
+        return -1;
+    }
     for (int i = 0; i < pose->joint_count; i++) {
         int at = body_link_coordinate(w, pose->joint[i]);
         if (at >= 0) {
             q[at] = pose->joint_angle[i] * DEGREE;
         }
     }
-    for (int i = w->c.free_root ? 2 : 0; i < w->n && pose->angle != 0; i++) {
-        q[i] += pose->angle * DEGREE * (pose->axis[2] < 0 ? -1 : 1);
+    if (w->c.free_root) {
+        chain_place(w, pose, q);
     }
-    for (int k = 0; k < 2 && w->c.free_root; k++) {
-        q[k] += pose->move[k] * w->from->unit;
-    }
+    return 0;
 }
 
 /* ----------------------------------------------------------------------------------------------- */
@@ -244,7 +296,7 @@ int body_pose(body_work *w, int index, const double **x, bake_error *error)
         memcpy(at, base, (size_t)w->n * sizeof *at);
         int err = 0;
         if (index > 0 && is_chain(w)) {
-            chain_pose(w, pose, at);
+            err = chain_pose(w, pose, at, error);
         } else if (index > 0) {
             err = elastic_pose(w, pose, at, error);
         }

@@ -19,9 +19,10 @@ typedef struct {
 
 /* Block Lanczos in shift-invert mode on CHOLMOD. The shift lies below the lowest eigenvalue, found by
  * trying factors, so that they exist for free bodies and for indefinite K. Fails when an eigenpair's
- * residual is above 1e-8 (and above rounding, see modes.c) or Lanczos does not converge. count <= n - 1; for n < 200 or count > n/3, LAPACK (dense).
- * The sign of each mode is fixed: its component of largest magnitude is positive (ties, to a millionth: the first), so
- * that the same mesh gives the same modes. */
+ * residual is above 1e-8 (and above rounding, see modes.c) or Lanczos does not converge.
+ * count <= n - 1; for n < 200 or count > n/3, LAPACK (dense). The sign of each mode is fixed: its
+ * component of largest magnitude is positive (ties, to a millionth: the first), so that the same mesh
+ * gives the same modes. */
 int modes_solve(const sparse *K, const double *M, int count, modes *out, bake_error *error);
 
 /* Dense K and M (n x n, symmetric, M positive definite), all n modes: for chains and reduced models. */

@@ -19,8 +19,13 @@
 #define LEAST_STEP  (1.0 / 1024)
 #define MOST_SOLVES 400
 
-/* Newton's iterations for one load step: when it converges, it takes less than ten. */
-#define MOST_ITERATIONS 40
+/* Newton's iterations for one load step: less than ten, but on the way down from a ridge. */
+#define MOST_ITERATIONS 100
+
+/* An eigenvalue below this share of the stiffest is unstable; nearer to 0 it may be a free turn, with what
+ * is left of forces in it. How often a load step leaves a ridge. */
+#define UNSTABLE    1e-9
+#define MOST_RIDGES 2
 
 #define CONVERGED 1e-8
 
@@ -36,6 +41,7 @@ typedef struct {
     sparse_factor *factor;
     double stiffest; /* the largest A_ii / M_i */
     double rounding; /* |g| that rounding in x makes */
+    double shift;    /* what made the last indefinite A positive definite; 0 = none was */
     int solves;
 } statics;
 
@@ -165,17 +171,22 @@ static int linearise(statics *s, bake_error *error)
 }
 
 /* A factor of A + shift M. The first shift is for bodies that may still turn freely: far below what any
- * mode has, but enough for a factor. 1 = there is none. */
+ * mode has, but enough for a factor. Where K is indefinite, the best shift is little more than its lowest
+ * eigenvalue: a larger one slows everything that is soft. So each search begins with half of what the
+ * last one found. 1 = there is none. */
 static int factorise(statics *s, bake_error *error)
 {
-    double shift = 1e-12 * s->stiffest;
-    int err = 1;
+    double shift = 1e-12 * s->stiffest, grow = s->shift > 0 ? 2 : 8;
     if (!s->factor && !(s->factor = sparse_analyse(&s->A, error))) {
         return -1;
     }
-    for (; err == 1 && shift < 1e3 * s->stiffest; shift *= shift < 1e-7 * s->stiffest ? 1e4 : 8) {
+    int err = sparse_refactor(s->factor, &s->A, shift, s->M, error);
+    s->solves++;
+    for (shift = s->shift > 0 ? s->shift / 2 : 1e-6 * s->stiffest;
+         err == 1 && shift < 1e3 * s->stiffest; shift *= grow) {
         err = sparse_refactor(s->factor, &s->A, shift, s->M, error);
         s->solves++;
+        s->shift = shift;
     }
     return err;
 }
@@ -207,13 +218,52 @@ static int search(statics *s)
     return 1;
 }
 
+/* In a symmetric drag Newton's method may balance on a ridge (a bar pushed along its axis). Then x moves
+ * off it, along what A's factor says is softest. 1 = moved, 0 = nothing is unstable. */
+static int leave_ridge(statics *s, bake_error *error)
+{
+    double most = 0, size = 0;
+    int err = sparse_refactor(s->factor, &s->A, UNSTABLE * s->stiffest, s->M, error);
+    s->solves++;
+    if (err != 1) {
+        return err;
+    }
+    if (factorise(s, error) != 0) {
+        return -1;
+    }
+    for (int j = 0; j < s->f.count; j++) { /* any direction that no symmetry knows of */
+        s->y[j] = s->M[j] * (1 + j % 7 - 0.01 * (j % 11));
+    }
+    for (int pass = 0; pass < 2; pass++) {
+        sparse_solve(s->factor, s->y, 1);
+        most = 0;
+        for (int j = 0; j < s->f.count; j++) {
+            most = fmax(most, fabs(s->y[j]));
+            s->y[j] *= pass == 0 ? s->M[j] : 1;
+        }
+    }
+    for (int i = 0; i < 3 * s->b->vertex_count; i++) {
+        size = fmax(size, fabs(s->b->rest[i] - s->b->rest[i % 3]));
+    }
+    double share = 1e-3 * size / most;
+    for (move(s, share); potential(s, s->trial) == HUGE_VAL && share > 0; move(s, share)) {
+        share /= 2;
+    }
+    memcpy(s->x, s->trial, 3 * (size_t)s->b->vertex_count * sizeof *s->x);
+    return linearise(s, error) < 0 ? -1 : 1;
+}
+
 /* Equilibrium from x, the dragged vertices where they are. 1 = not found. */
 static int newton(statics *s, bake_error *error)
 {
-    int err = linearise(s, error);
+    int err = linearise(s, error), ridges = 0;
     for (int i = 0; err == 0 && i < MOST_ITERATIONS; i++) {
         if (unbalance(s) <= 1) {
-            return 0;
+            int moved = !s->factor || ridges++ == MOST_RIDGES ? 0 : leave_ridge(s, error);
+            if (moved != 1) {
+                return moved;
+            }
+            unbalance(s);
         }
         err = factorise(s, error);
         if (err == 0) {

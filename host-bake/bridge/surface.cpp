@@ -52,12 +52,18 @@ void put(const point &p, double at[3])
 
 /* ---- crossings -------------------------------------------------------------------------------- */
 
-/* Where edges of `a` meet `b`: their sum and count. */
+/* Where corners and edges of `a` meet `b`: their sum and count. In one plane, corners alone. */
 void meet(const kernel::Triangle_3 &a, const kernel::Triangle_3 &b, double sum[3], int *count)
 {
     const kernel::Vector_3 normal = CGAL::cross_product(b[1] - b[0], b[2] - b[0]);
     for (int i = 0; i < 3; i++) {
         const point p = a[i], q = a[(i + 1) % 3];
+        if (b.has_on(p)) {
+            for (int k = 0; k < 3; k++) {
+                sum[k] += p[k];
+            }
+            ++*count;
+        }
         const double from = normal * (p - b[0]), to = normal * (q - b[0]);
         const double t = from / (from - to);
         if (!std::isfinite(t) || t < 0 || t > 1 ||
