@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
-"""The meshes of examples block and cloth: a closed box and a sheet of triangles, as OBJ.
+"""The meshes of the examples of bodies, as OBJ: a closed box, a sheet of triangles, and a cactus and a dinosaur
+from CGAL's data in Debian's libcgal-dev, turned and scaled. That package's copyright file says that what has
+no notice of its own, as these files, is under the Creative Commons CC0 1.0 licence.
 
-    make_shapes.py            writes block/block.obj and cloth/cloth.obj beside itself
+    make_shapes.py            writes block/block.obj, cloth/cloth.obj... beside itself
 SPDX-License-Identifier: MIT
 """
 import os
+import tarfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
+CGAL = "/usr/share/doc/libcgal-dev/data.tar.gz"
 
 
 def write(path, vertices, triangles, what):
@@ -70,9 +74,25 @@ def sheet(width, height, rows):
     return vertices, triangles
 
 
+def off(name, axes, height):
+    """A model of CGAL's that stands on y = 0, as high as said. axes: what x, y and z are in the file, from 1,
+    negative: the other way."""
+    with tarfile.open(CGAL) as data, data.extractfile(f"data/meshes/{name}.off") as f:
+        lines = [line.split() for line in f.read().decode().splitlines()]
+    count = int(lines[1][0])  # after a line that says OFF
+    vertices = [[float(v[abs(a) - 1]) * (1 if a > 0 else -1) for a in axes]
+                for v in lines[2:2 + count]]
+    triangles = [[int(i) for i in line[1:4]] for line in lines[2 + count:] if line]
+    low, high = ([bound(v[k] for v in vertices) for k in range(3)] for bound in (min, max))
+    scale, origin = height / (high[1] - low[1]), ((low[0] + high[0]) / 2, low[1], (low[2] + high[2]) / 2)
+    return [tuple(round(scale * (v[k] - origin[k]), 3) for k in range(3)) for v in vertices], triangles
+
+
 def main():
     write("block/block.obj", *box((30, 100, 30), (5, 20, 5)), "A block of 30 x 100 x 30")
     write("cloth/cloth.obj", *sheet(160, 120, 24), "A sheet of 160 x 120")
+    write("cactus/cactus.obj", *off("cactus", (1, 2, 3), 100), "cactus.off of CGAL's data, turned and scaled")
+    write("walk/dino.obj", *off("dino", (2, 3, 1), 100), "dino.off of CGAL's data, turned and scaled")
 
 
 if __name__ == "__main__":

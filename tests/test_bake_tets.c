@@ -149,8 +149,10 @@ static void parts_that_stand_apart_are_filled(void)
 static void long_edges_are_halved(void)
 {
     make_cube();
-    surface s = whole(), split;
-    CHECK_EQ(tets_split(&s, 0.3, 1000000, &split), 0);
+    surface s = whole();
+    tets_triangles halved;
+    CHECK_EQ(tets_split(&s, 0.3, 1000000, &halved), 0);
+    surface split = tets_look(&halved);
     int count = 3 * split.triangle_count;
     tets_edge *list = tets_edges(&split);
     for (int i = 0; i < count; i += 2) {
@@ -160,9 +162,8 @@ static void long_edges_are_halved(void)
     CHECK_EQ(split.vertex_count - count / 2 + split.triangle_count, 2); /* Euler */
     CHECK(memcmp(split.at, at, sizeof *at * 8) == 0);
     free(list);
-    free((double *)(size_t)split.at);
-    free((void *)(size_t)split.triangle);
-    CHECK_EQ(tets_split(&s, 1e-9, 1000, &split), -1);
+    tets_triangles_free(&halved);
+    CHECK_EQ(tets_split(&s, 1e-9, 1000, &halved), -1);
 }
 
 /* ---- points that a body carries ---------------------------------------------------------------- */

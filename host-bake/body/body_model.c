@@ -109,12 +109,18 @@ static void add_modes(const freedom *f, const modes *m, vectors *v)
     }
 }
 
-/* Velocities, for motions without physics: nothing else makes room for them. */
-static void add_velocity(const body_work *w, const scene_body_key *key, const double *x, vectors *v)
+/* Velocities of what is free, for motions without physics: nothing else makes room for them. */
+static void add_velocity(const body_work *w, const freedom *f, const scene_body_key *key,
+                         const double *x, vectors *v)
 {
+    double *y = bake_alloc((size_t)f->count + 1, sizeof *y);
     for (int i = 0; i < key->velocity_count; i++) {
-        body_shift(w, &key->velocity[i], x, add_vector(v));
+        double *u = add_vector(v);
+        body_shift(w, &key->velocity[i], x, u);
+        freedom_restrict(f, u, y);
+        freedom_expand(f, y, u);
     }
+    free(y);
 }
 
 typedef struct {
@@ -149,7 +155,7 @@ static int gather_poses(space_work *k, bake_error *error)
             return -1;
         }
         if (k->g->like->dynamics == DYNAMICS_SPLINE && !is_chain(w)) {
-            add_velocity(w, walk.key, x, &k->v);
+            add_velocity(w, &k->f, walk.key, x, &k->v);
         }
         if (walk.key->region >= 0 || !note_pose(k, walk.key->pose)) {
             continue; /* a partial pose need not be in the space */

@@ -57,17 +57,20 @@ static int find_shift(shifted *s, bake_error *error)
 }
 
 /* Where the shift should be, from what Lanczos has seen: a tenth of the softest mode below 0, or a tenth
- * of the lowest eigenvalue below it. Not nearer: rounding in the others grows with the distance. */
+ * of the lowest eigenvalue below it. Not nearer, and not nearer than a fraction of what is stiffer: rounding
+ * in modes far from the shift is eps times their distance over its. */
 static double better_shift(const shifted *s, const lanczos *z)
 {
     double noise = 64 * DBL_EPSILON * s->bound, lowest = s->sigma + 1 / z->theta[0];
+    int far = z->wanted < 2 * LANCZOS_BLOCK ? z->wanted : 2 * LANCZOS_BLOCK;
+    double stiffer = s->sigma + 1 / z->theta[far < z->size ? far : z->size - 1];
     if (lowest + z->error[0] / (z->theta[0] * z->theta[0]) < -noise) {
         return 1.1 * lowest;
     }
     for (int i = 0; i < z->size; i++) {
         double lambda = s->sigma + 1 / z->theta[i];
         if (fabs(lambda) > noise + z->error[i] / (z->theta[i] * z->theta[i])) {
-            return -0.1 * fabs(lambda);
+            return -fmax(0.1 * fabs(lambda), 1e-4 * stiffer);
         }
     }
     return 0.01 * s->sigma;

@@ -146,7 +146,7 @@ static int solve(coupling *s)
     s->worst = fmin(s->worst, condition);
     free(factor);
     free(pivot);
-    return info != 0;
+    return info != 0 || !(backward <= 1e-10);
 }
 
 /* ---- the motion ------------------------------------------------------------------------------ */

@@ -22,7 +22,7 @@
 /* Rows of S that move less than this part of what its strongest combination moves are left to the energy:
  * what space_make calls independent. */
 #define RANK_LIMIT      1e-7
-/* Of A, scaled to a diagonal of 1: below, fewer than 3 digits of z remain. */
+/* Smallest singular value of A, whose diagonal is 1: below, fewer than 3 digits of z remain. */
 #define CONDITION_LIMIT 1e-13
 #define RESIDUAL_LIMIT  1e-10
 
@@ -94,7 +94,7 @@ static int solve_responses(const partial_system *s, int mode, bake_curve *curves
         bake_error own = {""};
         char name[64];
         response_problem(s, mode, i, &problem, keys);
-        failed = bake_spline_solve(&problem, keys, s->in->key_count, &curves[i], NULL, &own);
+        failed = motion_solve_mode(&problem, keys, s->in->key_count, &curves[i], &own);
         motion_mode_name(s->model, s->in->settings, mode, name);
         if (failed)
             bake_fail(error, "%s: %.900s", name, own.text);
@@ -263,20 +263,21 @@ static int add_hard_key(const partial_system *s, partial_key *p, const double *D
                            time);
 }
 
-/* The energy's diagonal, with a floor where there is none: such a value is free or given by rows. */
+/* The energy's diagonal, with a floor where there is none: such a value is free or given by rows. The floor is
+ * 1e-9 of the root of the energy that a unit of this mode's terms has: rounding is 1e-16 of that. */
 static void find_scale(const partial_system *s)
 {
     size_t d = (size_t)s->d, n = (size_t)s->count + 1;
-    double largest = 0.0;
+    int last = s->in->key_count - 1;
+    double h = (s->in->keys[last].time - s->in->keys[0].time) / last;
     for (size_t k = 0; k + 1 < n; k++)
         for (size_t i = 0; i < d; i++) {
             const double *soft = s->key[k].soft;
+            bake_mode mode = motion_mode(s->model, s->in->settings, (int)i);
             double sum = s->G[i * n * n + (k + 1) * (n + 1)] + (soft ? soft[i * (d + 1)] : 0.0);
-            s->D[k * d + i] = sqrt(sum);
-            largest = fmax(largest, sqrt(sum));
+            double terms = sqrt(h) * (1.0 / (h * h) + fabs(mode.delta) / h + fabs(mode.lambda));
+            s->D[k * d + i] = fmax(sqrt(sum), 1e-9 * terms);
         }
-    for (size_t i = 0; i < (n - 1) * d; i++)
-        s->D[i] = largest > 0.0 ? fmax(s->D[i], 1e-9 * largest) : 1.0;
 }
 
 static int find_freedom(partial_system *s, bake_error *error)
@@ -367,7 +368,9 @@ static int solve(const partial_system *s, double *z, bake_error *error)
     double size_of = cblas_dnrm2(n, left, 1);
     cblas_dsymv(CblasColMajor, CblasLower, n, -1.0, copy, n, z, 1, 1.0, left, 1);
     double residual = cblas_dnrm2(n, left, 1);
+    double norm = LAPACKE_dlansy(LAPACK_COL_MAJOR, '1', 'L', n, copy, n);
     size_of += cblas_dnrm2(n, z, 1);
+    condition *= fmin(1.0, norm); /* a diagonal below 1 is rounding */
     free(memory);
     if (info != 0 || !(condition >= CONDITION_LIMIT))
         return bake_fail(error,

@@ -41,6 +41,12 @@ typedef struct {
 void motion_warn(motion_warnings *all, const char *who, const bake_error *one);
 void motion_warned(const motion_warnings *all, bake_error *error);
 
+/* bake_spline_solve from one inner key with a hard value and a hard velocity to the next. A C2 spline through
+ * given values has no freedom but its two ends; where a velocity is given as well, least energy is only
+ * C1 and the two sides do not know of each other. (Not in loops.) */
+int motion_solve_mode(const bake_spline_problem *problem, const bake_key *keys, int key_count,
+                      bake_curve *curve, bake_error *error);
+
 /* Solves the d splines of one term. values: key_count x d, modal values at partial keys (the other rows
  * are not looked at); NULL if there are none. */
 int motion_solve_term(const motion_input *in, const linear_model *model, const double *values,

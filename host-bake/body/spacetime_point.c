@@ -209,6 +209,49 @@ void motion_warned(const motion_warnings *all, bake_error *error)
                  all->first.text, all->count - 1);
 }
 
+/* The first key after `from` that has both a hard value and a hard velocity, or the last one. */
+static int next_stop(const bake_key *keys, int from, int key_count)
+{
+    int k = from + 1;
+    while (k < key_count - 1 && !(keys[k].weight[0] < 0.0 && keys[k].weight[1] < 0.0))
+        k++;
+    return k;
+}
+
+int motion_solve_mode(const bake_spline_problem *problem, const bake_key *keys, int key_count,
+                      bake_curve *curve, bake_error *error)
+{
+    int stop, failed = 0;
+    error->text[0] = '\0';
+    if (problem->end[0] == BAKE_END_PERIODIC)
+        return bake_spline_solve(problem, keys, key_count, curve, NULL, error);
+    *curve = (bake_curve){0};
+    for (int from = 0; from < key_count - 1 && !failed; from = stop) {
+        bake_spline_problem own = *problem;
+        bake_error one = {""};
+        bake_curve part;
+        stop = next_stop(keys, from, key_count);
+        for (int side = 0; side < 2; side++) {
+            int k = side ? stop : from;
+            if (k == 0 || k == key_count - 1)
+                continue;
+            own.end[side] = BAKE_END_VELOCITY;
+            own.end_value[side] = keys[k].target[1];
+        }
+        failed = bake_spline_solve(&own, keys + from, stop - from + 1, &part, NULL, &one);
+        if (failed || !error->text[0]) /* the first warning, or what went wrong */
+            *error = one;
+        size_t count = (size_t)(curve->count + part.count);
+        curve->segment = bake_grow(curve->segment, count, sizeof *part.segment);
+        for (int i = 0; i < part.count; i++)
+            curve->segment[curve->count++] = part.segment[i];
+        bake_curve_free(&part);
+    }
+    if (failed)
+        bake_curve_free(curve);
+    return failed;
+}
+
 int motion_solve_term(const motion_input *in, const linear_model *model, const double *values,
                       motion_term *term, motion_warnings *warnings, bake_error *error)
 {
@@ -222,7 +265,7 @@ int motion_solve_term(const motion_input *in, const linear_model *model, const d
         motion_mode_problem(model, in->settings, i, &problem);
         term->mode[i] = problem.mode;
         motion_keys_of_mode(in, model, i, values, keys);
-        failed = bake_spline_solve(&problem, keys, in->key_count, &term->curve[i], NULL, &own);
+        failed = motion_solve_mode(&problem, keys, in->key_count, &term->curve[i], &own);
         if (!own.text[0])
             continue;
         motion_mode_name(model, in->settings, i, name);

@@ -198,9 +198,6 @@ static int fill(const job *j, const surface *s, double cell, bridge_tets *out, b
     const bridge_surface b = {s->vertex_count, s->triangle_count, s->at, s->triangle};
     const bridge_fill settings = {volume_of(cell), RATIO, ADDED_MAX};
     bridge_message message = {""};
-    double inside = TETS_EACH * j->volume / settings.volume_max;
-    if (inside > TETS_MAX)
-        return fail_many(j, cell, inside, error);
     if (bridge_tetgen(&b, &settings, out, &message))
         return bake_fail(error,
                          "%s:%d: mesh %s cannot be filled: TetGen: %s; it is a closed surface, so "
@@ -208,27 +205,48 @@ static int fill(const job *j, const surface *s, double cell, bridge_tets *out, b
                          j->origin->scene, j->origin->line, j->origin->name, message.text);
     if (out->tet_count <= TETS_MAX)
         return 0;
-    return fail_many(j, cell, out->tet_count, error);
+    int count = out->tet_count;
+    bridge_tets_free(out);
+    return fail_many(j, cell, count, error);
 }
 
-static int make(job *j, bake_error *error)
+static void drop(body *b)
+{
+    free(b->rest);
+    free(b->element);
+    *b = (body){.kind = BODY_SOLID};
+}
+
+/* Takes t over. */
+static int keep(const job *j, const surface *split, bridge_tets *t, bake_error *error)
+{
+    drop_unused(split, t);
+    j->out->vertex_count = t->vertex_count;
+    j->out->element_count = t->tet_count;
+    j->out->rest = t->at;
+    j->out->element = t->tet;
+    if (check_body(j, j->out, error) == 0)
+        return 0;
+    drop(j->out);
+    return -1;
+}
+
+static int make(const job *j, bake_error *error)
 {
     double cell = j->cell > 0.0 ? j->cell : usual_cell(j);
-    surface split;
+    double inside = TETS_EACH * j->volume / volume_of(cell);
+    tets_triangles halved;
     bridge_tets t;
-    if (tets_split(j->s, LONGEST * cell, TETS_MAX, &split))
-        return fail_many(j, cell, fmax(TETS_MAX, TETS_EACH * j->volume / volume_of(cell)), error);
-    if (fill(j, &split, cell, &t, error))
-        return -1;
-    drop_unused(&split, &t);
-    j->out->vertex_count = t.vertex_count;
-    j->out->element_count = t.tet_count;
-    j->out->rest = t.at;
-    j->out->element = t.tet;
-    return check_body(j, j->out, error);
+    if (inside > TETS_MAX || tets_split(j->s, LONGEST * cell, TETS_MAX, &halved))
+        return fail_many(j, cell, fmax(TETS_MAX, inside), error);
+    const surface split = tets_look(&halved);
+    int err = fill(j, &split, cell, &t, error);
+    if (err == 0)
+        err = keep(j, &split, &t, error);
+    tets_triangles_free(&halved);
+    return err;
 }
 
-/* Nothing is released on the way out: the process ends. */
 static int fill_here(void *what, isolate_note *now, bake_error *error)
 {
     job *j = what;
@@ -251,13 +269,6 @@ static void send(const void *what, FILE *to)
 }
 
 /* ---- in the baker ----------------------------------------------------------------------------- */
-
-static void drop(body *b)
-{
-    free(b->rest);
-    free(b->element);
-    *b = (body){.kind = BODY_SOLID};
-}
 
 static int take(void *what, FILE *from)
 {

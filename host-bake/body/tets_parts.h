@@ -22,9 +22,18 @@ int tets_edge_count(const surface *s, const tets_edge *list, int from);
 
 double tets_distance(const double *a, const double *b);
 
-/* The same surface with all edges that are longer than `longest` halved until none is. Its first vertices
- * are those of `s`; `at` and `triangle` are the caller's. -1: more than triangles_max of them. */
-int tets_split(const surface *s, double longest, int triangles_max, surface *out);
+/* A surface of one's own. */
+typedef struct {
+    int vertex_count, triangle_count;
+    double *at;         /* vertex_count x 3 */
+    int (*triangle)[3]; /* triangle_count */
+} tets_triangles;
+
+/* The same surface with all edges that are longer than `longest` halved until none is; its first vertices
+ * are those of `s`. The caller frees it. -1: more than triangles_max of them. */
+int tets_split(const surface *s, double longest, int triangles_max, tets_triangles *out);
+surface tets_look(const tets_triangles *t);
+void tets_triangles_free(tets_triangles *t);
 
 /* Six times the volume of the tetrahedron a b c d. */
 double tets_det(const double *a, const double *b, const double *c, const double *d);

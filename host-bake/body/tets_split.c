@@ -8,20 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A surface that grows. */
-typedef struct {
-    int vertex_count, triangle_count;
-    double *at;
-    int (*triangle)[3];
-} growing;
-
 double tets_distance(const double *a, const double *b)
 {
     return sqrt((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]) +
                 (b[2] - a[2]) * (b[2] - a[2]));
 }
 
-static surface look(const growing *g)
+surface tets_look(const tets_triangles *g)
 {
     surface s = {g->vertex_count, g->triangle_count, g->at, (const int(*)[3])g->triangle};
     return s;
@@ -33,7 +26,7 @@ static int slot(const tets_edge *e)
     return e->corner[1] % 3 == (e->corner[0] + 1) % 3 ? e->corner[0] : e->corner[1];
 }
 
-static int add_middle(growing *g, int a, int b)
+static int add_middle(tets_triangles *g, int a, int b)
 {
     double *at = g->at + 3 * (size_t)g->vertex_count;
     for (int k = 0; k < 3; k++)
@@ -43,9 +36,9 @@ static int add_middle(growing *g, int a, int b)
 
 /* Adds the middle of every edge that is too long; middle[3 triangle + k] is that of the edge from corner k
  * to the next, or -1. Returns how many there are. */
-static int add_middles(growing *g, double longest, int *middle)
+static int add_middles(tets_triangles *g, double longest, int *middle)
 {
-    const surface s = look(g);
+    const surface s = tets_look(g);
     tets_edge *list = tets_edges(&s);
     int before = g->vertex_count;
     g->at = bake_grow(g->at, (size_t)before + 3 * (size_t)g->triangle_count, 3 * sizeof *g->at);
@@ -60,7 +53,7 @@ static int add_middles(growing *g, double longest, int *middle)
     return g->vertex_count - before;
 }
 
-static void add_triangle(growing *g, int a, int b, int c)
+static void add_triangle(tets_triangles *g, int a, int b, int c)
 {
     const int corner[3] = {a, b, c};
     memcpy(g->triangle[g->triangle_count++], corner, sizeof corner);
@@ -68,7 +61,7 @@ static void add_triangle(growing *g, int a, int b, int c)
 
 /* Corners c with edge middles m, turned so that one middle is m[0], and two are m[0] and m[1]. Two
  * middles leave a quadrangle, which is cut along its shorter diagonal. */
-static void cut_triangle(growing *g, const int c[3], const int m[3])
+static void cut_triangle(tets_triangles *g, const int c[3], const int m[3])
 {
     int added = (m[0] >= 0) + (m[1] >= 0) + (m[2] >= 0);
     if (added == 3) {
@@ -91,7 +84,7 @@ static void cut_triangle(growing *g, const int c[3], const int m[3])
     }
 }
 
-static void cut_triangles(growing *g, const int *middle)
+static void cut_triangles(tets_triangles *g, const int *middle)
 {
     int count = g->triangle_count, (*old)[3] = g->triangle;
     g->triangle = bake_alloc((size_t)count, 4 * sizeof *g->triangle);
@@ -108,25 +101,30 @@ static void cut_triangles(growing *g, const int *middle)
     free(old);
 }
 
-int tets_split(const surface *s, double longest, int triangles_max, surface *out)
+void tets_triangles_free(tets_triangles *t)
 {
-    growing g = {s->vertex_count, s->triangle_count, NULL, NULL};
+    free(t->at);
+    free(t->triangle);
+}
+
+int tets_split(const surface *s, double longest, int triangles_max, tets_triangles *out)
+{
     int added = 1;
-    g.at = bake_grow(NULL, (size_t)s->vertex_count, 3 * sizeof *g.at);
-    memcpy(g.at, s->at, 3 * (size_t)s->vertex_count * sizeof *g.at);
-    g.triangle = bake_grow(NULL, (size_t)s->triangle_count, sizeof *g.triangle);
-    memcpy(g.triangle, s->triangle, (size_t)s->triangle_count * sizeof *g.triangle);
-    while (added > 0 && g.triangle_count <= triangles_max) {
-        int *middle = bake_alloc((size_t)g.triangle_count, 3 * sizeof *middle);
-        added = add_middles(&g, longest, middle);
+    out->vertex_count = s->vertex_count;
+    out->triangle_count = s->triangle_count;
+    out->at = bake_grow(NULL, (size_t)s->vertex_count, 3 * sizeof *out->at);
+    out->triangle = bake_grow(NULL, (size_t)s->triangle_count, sizeof *out->triangle);
+    memcpy(out->at, s->at, 3 * (size_t)s->vertex_count * sizeof *out->at);
+    memcpy(out->triangle, s->triangle, (size_t)s->triangle_count * sizeof *out->triangle);
+    while (added > 0 && out->triangle_count <= triangles_max) {
+        int *middle = bake_alloc((size_t)out->triangle_count, 3 * sizeof *middle);
+        added = add_middles(out, longest, middle);
         if (added > 0)
-            cut_triangles(&g, middle);
+            cut_triangles(out, middle);
         free(middle);
     }
-    *out = look(&g);
     if (added == 0)
         return 0;
-    free(g.at);
-    free(g.triangle);
+    tets_triangles_free(out);
     return -1;
 }
