@@ -92,7 +92,7 @@ def main():
     write("block/block.obj", *box((30, 100, 30), (5, 20, 5)), "A block of 30 x 100 x 30")
     write("cloth/cloth.obj", *sheet(160, 120, 24), "A sheet of 160 x 120")
     write("cactus/cactus.obj", *off("cactus", (1, 2, 3), 100), "cactus.off of CGAL's data, turned and scaled")
-    write("walk/dino.obj", *off("dino", (2, 3, 1), 100), "dino.off of CGAL's data, turned and scaled")
+    write("walk/dino.obj", *off("dino", (-2, 3, -1), 100), "dino.off of CGAL's data, turned and scaled")
 
 
 if __name__ == "__main__":

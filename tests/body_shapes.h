@@ -1,6 +1,6 @@
 /* Bodies with regular meshes for tests: boxes of tetrahedra, sheets of triangles.
- * Filled: kind, vertex_count, element_count, rest, element. The caller sets the material, then calls
- * body_prepare; body_free releases everything.
+ * Filled: kind, vertex_count, element_count, rest, element. The caller sets the material, then
+ * calls body_prepare; body_free releases everything.
  * SPDX-License-Identifier: MIT */
 #ifndef BODY_SHAPES_H
 #define BODY_SHAPES_H

@@ -45,6 +45,40 @@ static inline double dice(unsigned *state)
     return (*state >> 8) / 8388608.0 - 1;
 }
 
+enum { ALTERNATING, EQUILATERAL, ONE_DIAGONAL, IRREGULAR, MESHES };
+
+/* Mirrors the odd ones of sheet_triangles' cells, of 2 triangles each. */
+static inline void one_diagonal(body *b, const int cells[2])
+{
+    int wide = cells[0] + 1;
+    for (int c = 0, t = 0; c < cells[0] * cells[1]; c++) {
+        int p = c % cells[0] + wide * (c / cells[0]);
+        for (int half = 0; half < 2; half++, t++) {
+            b->element[t][0] = p;
+            b->element[t][1] = half ? p + 1 + wide : p + 1;
+            b->element[t][2] = half ? p + wide : p + 1 + wide;
+        }
+    }
+}
+
+/* [0, size[0]] x [0, size[1]] x 0, not prepared. Irregular: equilateral with each inner vertex moved
+ * along x and y by up to a fifth of a side. */
+static inline void sheet(body *b, int mesh, const double size[2], const int cells[2])
+{
+    sheet_triangles(b, size, cells, mesh == EQUILATERAL || mesh == IRREGULAR);
+    b->mass = NULL;
+    b->elements = NULL;
+    if (mesh == ONE_DIAGONAL)
+        one_diagonal(b, cells);
+    unsigned state = 3;
+    for (int v = 0; v < b->vertex_count && mesh == IRREGULAR; v++) {
+        double *p = &b->rest[3 * v], shift[2] = {dice(&state), dice(&state)};
+        if (p[0] > 0 && p[0] < size[0] && p[1] > 0 && p[1] < size[1])
+            for (int i = 0; i < 2; i++)
+                p[i] += 0.2 * size[0] / cells[0] * shift[i];
+    }
+}
+
 /* Rolled about the y axis with this radius, then shaken. */
 static inline double *rolled(const body *b, double radius, double shake)
 {

@@ -139,4 +139,17 @@ static inline double largest(const double *x, int count)
     return size;
 }
 
+/* The largest distance of two motions over time. */
+static inline double apart(const motion *a, const motion *b)
+{
+    double worst = 0, p[D_MAX], q[D_MAX];
+    for (double t = a->from; t <= a->to; t += 0.007) {
+        motion_eval(a, t, p, NULL, NULL);
+        motion_eval(b, t, q, NULL, NULL);
+        for (int i = 0; i < a->d; i++)
+            worst = fmax(worst, fabs(p[i] - q[i]));
+    }
+    return worst;
+}
+
 #endif

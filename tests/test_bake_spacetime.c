@@ -5,8 +5,8 @@
 
 /* ---- interpolation and smoothness ------------------------------------------------------------ */
 
-/* Derivatives from both sides of t, 1e-7 apart: what is continuous changes by 1e-7 times the next derivative,
- * of which a difference over 1e-3 on either side is an estimate. */
+/* Derivatives from both sides of t, 1e-7 apart: what is continuous changes by 1e-7 times the next
+ * derivative, of which a difference over 1e-3 on either side is an estimate. */
 static void check_smooth(const motion *m, double t, double size)
 {
     double a[3][D_MAX], b[3][D_MAX], far[3][D_MAX], e = 1e-7;
@@ -143,18 +143,6 @@ static void data_of_a_free_vibration_give_it_back(void)
     }
 }
 
-static double apart(const motion *a, const motion *b)
-{
-    double worst = 0, p[D_MAX], q[D_MAX];
-    for (double t = a->from; t <= a->to; t += 0.007) {
-        motion_eval(a, t, p, NULL, NULL);
-        motion_eval(b, t, q, NULL, NULL);
-        for (int i = 0; i < a->d; i++)
-            worst = fmax(worst, fabs(p[i] - q[i]));
-    }
-    return worst;
-}
-
 static void a_partial_key_of_everything_is_a_whole_one(void)
 {
     static problem x;
@@ -258,8 +246,8 @@ static void bump(const problem *x, double t, double out[3])
     out[2] = p[2] * c - 8 * p[1] * n - 16 * p[0] * c;
 }
 
-/* |q'' + D q' + K q + G|^2 of motion a + step (direction), by Simpson's rule between the keys, with model 0;
- * direction: b - a, or without b the bump times (1, 2, 3, ..). */
+/* |q'' + D q' + K q + G|^2 of motion a + step (direction), by Simpson's rule between the keys, with
+ * model 0; direction: b - a, or without b the bump times (1, 2, 3, ..). */
 static double energy_of(const problem *x, const motion *a, const motion *b, double step)
 {
     const model *m = &x->models[0];
@@ -388,7 +376,7 @@ static void the_cubic_needs_more_force(void)
     }
 }
 
-/* Among the motions that coupling chooses from: the one with other poses' velocities at the keys. */
+/* Among the motions that coupling chooses from: those with other velocities at a key. */
 static void coupling_has_the_least_energy_of_its_kind(void)
 {
     static problem x;
@@ -483,8 +471,8 @@ static void stiff_modes_leave_the_soft_ones_their_digits(void)
         motion one = solved_motion(&x);
         x.way = COUPLE;
         motion m = solved_motion(&x);
-        /* One model: coupling adds knots and C2 there, so it may only lower the energy of each mode's
-         * spline where that is not smooth already: it must be the same motion. */
+        /* One model: coupling adds knots and C2 there, so it may only lower the energy of each
+         * mode's spline where that is not smooth already: it must be the same motion. */
         CHECK(apart(&one, &m) < 1e-8);
         CHECK_NEAR(m.energy, one.energy, 1e-8 * one.energy);
         motion_free(&one);

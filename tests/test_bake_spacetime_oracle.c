@@ -1,5 +1,5 @@
-/* Spacetime control against finite elements and matrix exponentials in coordinates q, where modes are mixed.
- * Source: Schulz 2013, 2.6, 2.8; vectors from tests/reference/spacetime_oracle.py.
+/* Spacetime control against finite elements and matrix exponentials in coordinates q, where modes
+ * are mixed. Source: Schulz 2013, 2.6, 2.8; vectors from tests/reference/spacetime_oracle.py.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "spacetime_problem.h"
 
@@ -85,9 +85,9 @@ static void read_end(const char *line, oracle *o)
     o->x.settings.end_v[side] = o->x.end_v[side];
 }
 
-/* Halving the elements divides the error of quintics by 2^4 at least: what it changed bounds what is left.
- * 1e-9: the oracle solves systems of 1e3 unknowns in doubles, and the exponentials have no error
- * of discretisation to bound the rest. */
+/* Halving the elements divides the error of quintics by 2^4 at least: what it changed bounds what
+ * is left. 1e-9: the oracle solves systems of 1e3 unknowns in doubles, and the exponentials have no
+ * error of discretisation to bound the rest. */
 static void check_at(const char *line, oracle *o)
 {
     double v[D_MAX + 1], q[D_MAX];
@@ -101,7 +101,8 @@ static void check_at(const char *line, oracle *o)
     }
 }
 
-/* Energies of minimisers: the finite elements' is from above, its error squares that of the motion. */
+/* Energies of minimisers: the finite elements' is from above, its error squares that of the motion.
+ */
 static void solve_case(oracle *o)
 {
     o->m = solved_motion(&o->x);
@@ -143,8 +144,31 @@ static void oracle_agrees(void)
         fclose(file);
 }
 
+/* Central differences over h = 1e-5: h^2/6 of the third derivative more, which is <= 1e6 of q' here
+ * (rates to 18/s, fades of 0.15 s), 1e8 of q''. */
+static void velocity_and_acceleration_are_derivatives(void)
+{
+    static problem x;
+    for (int kind = 0; kind < 3; kind++) {
+        double q[3][D_MAX], v[3][D_MAX], a[D_MAX], h = 1e-5;
+        random_problem(&x, (way)kind, 3, 4, BAKE_END_VELOCITY);
+        motion m = solved_motion(&x);
+        for (double t = m.from + 0.01; t < m.to - 0.01; t += 0.013) {
+            motion_eval(&m, t - h, q[0], v[0], NULL);
+            motion_eval(&m, t, q[1], v[1], a);
+            motion_eval(&m, t + h, q[2], v[2], NULL);
+            for (int i = 0; i < x.d; i++) {
+                CHECK_NEAR(v[1][i], (q[2][i] - q[0][i]) / (2 * h), 1e6 * h * h / 6);
+                CHECK_NEAR(a[i], (v[2][i] - v[0][i]) / (2 * h), 1e8 * h * h / 6);
+            }
+        }
+        motion_free(&m);
+    }
+}
+
 int main(void)
 {
     TEST(oracle_agrees);
+    TEST(velocity_and_acceleration_are_derivatives);
     return check_done();
 }

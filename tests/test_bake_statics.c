@@ -13,7 +13,7 @@
 #define YOUNG   1e6
 #define POISSON 0.3
 
-/* ---- bars ---------------------------------------------------------------------------------------- */
+/* ---- bars ------------------------------------------------------------------------------------ */
 
 /* A bar along x, 1 wide, and what a test does to it. */
 typedef struct {
@@ -70,8 +70,8 @@ static int solve(bar *s, const double *force, bake_error *error)
 
 static const double as_it_is[3] = {1, 1, 1}, stays[3] = {0, 0, 0};
 
-/* |free gradient| over |reactions|; dragged vertices are where they should be. reaction: sums over the
- * vertices that rest at x = at. */
+/* |free gradient| over |reactions|; dragged vertices are where they should be. reaction: sums over
+ * the vertices that rest at x = at. */
 static double balance(const bar *s, double at, double reaction[3])
 {
     int n = s->b.vertex_count;
@@ -98,12 +98,12 @@ static double balance(const bar *s, double at, double reaction[3])
     return sqrt(open / (all - open));
 }
 
-/* ---- pulled -------------------------------------------------------------------------------------- */
+/* ---- pulled ---------------------------------------------------------------------------------- */
 
-/* St. Venant and Kirchhoff in one direction: stretched by a, the sides shrink to t, t^2 = 1 - nu (a^2 - 1),
- * where there is no stress across; V = Y/8 (a^2 - 1)^2 a volume, and its derivative is the force. Affine
- * states are exact for linear elements, so only the convergence of Newton's method is left: 1e-8 of the
- * reactions, in bars no softer than their ends: 1e-7 of the length. */
+/* St. Venant and Kirchhoff in one direction: stretched by a, the sides shrink to t, t^2 = 1 - nu
+ * (a^2 - 1), where there is no stress across; V = Y/8 (a^2 - 1)^2 a volume, and its derivative is
+ * the force. Affine states are exact for linear elements, so only the convergence of Newton's
+ * method is left: 1e-8 of the reactions, in bars no softer than their ends: 1e-7 of the length. */
 static void a_bar_that_is_pulled_is_as_thin_as_it_should_be(void)
 {
     static const double stretches[] = {0.9, 1.001, 1.5};
@@ -126,8 +126,8 @@ static void a_bar_that_is_pulled_is_as_thin_as_it_should_be(void)
     }
 }
 
-/* The same state by forces: thirds of triangles on the end face pull with Y/2 (a^2 - 1) a in all; three
- * faces slide in their planes. */
+/* The same state by forces: thirds of triangles on the end face pull with Y/2 (a^2 - 1) a in all;
+ * three faces slide in their planes. */
 static void forces_on_a_sliding_bar_stretch_it_as_much(void)
 {
     bar s = bar_make(3, 6, 2, POISSON);
@@ -165,7 +165,7 @@ static void forces_on_a_sliding_bar_stretch_it_as_much(void)
     bar_free(&s);
 }
 
-/* ---- bent ---------------------------------------------------------------------------------------- */
+/* ---- bent ------------------------------------------------------------------------------------ */
 
 /* The force that moves one end of a clamped bar sideways by `by`, both ends upright. */
 static double bend(int across, double by)
@@ -182,10 +182,11 @@ static double bend(int across, double by)
     return reaction[1];
 }
 
-/* 12 E I / L^3 for slow bending, softened by shear: / (1 + 12 E I / (kappa G A L^2)), kappa = 5/6, G = E/2.
- * Linear elements are too stiff by C h^2: Richardson leaves a fourth order of which the bars of
- * test_bake_modes.c show 0.1 % at these sizes; the clamps stiffen by an end effect of less than h/L of it.
- * Bending is odd: force(2 d) = 2 force(d) (1 + O(d^2 / width^2)), membrane stresses of (d/L)^2. */
+/* 12 E I / L^3 for slow bending, softened by shear: / (1 + 12 E I / (kappa G A L^2)), kappa = 5/6,
+ * G = E/2. Linear elements are too stiff by C h^2: Richardson leaves a fourth order of which the
+ * bars of test_bake_modes.c show 0.1 % at these sizes; the clamps stiffen by an end effect of less
+ * than h/L of it. Bending is odd: force(2 d) = 2 force(d) (1 + O(d^2 / width^2)), membrane stresses
+ * of (d/L)^2. */
 static void a_small_drag_bends_a_bar_as_beam_theory_says(void)
 {
     double d = 1e-3, coarse = bend(2, d) / d, fine = bend(4, d) / d;
@@ -198,8 +199,8 @@ static void a_small_drag_bends_a_bar_as_beam_theory_says(void)
     }
 }
 
-/* Half a bar's length sideways and a quarter back: far from linear; the energy is below that of a straight
- * shear (which is admissible), and the pose is the same in one drag and in two. */
+/* Half a bar's length sideways and a quarter back: far from linear; the energy is below that of a
+ * straight shear (which is admissible), and the pose is the same in one drag and in two. */
 static void a_large_drag_ends_in_equilibrium(void)
 {
     bar once = bar_make(10, 20, 2, POISSON), twice = bar_make(10, 20, 2, POISSON);
@@ -235,10 +236,10 @@ static void a_large_drag_ends_in_equilibrium(void)
     bar_free(&twice);
 }
 
-/* ---- pushed -------------------------------------------------------------------------------------- */
+/* ---- pushed ---------------------------------------------------------------------------------- */
 
-/* How far a bar leaves its axis when its ends are pushed together by `share` of its length; its equilibrium
- * has to be a minimum: there is a factor without a shift. */
+/* How far a bar leaves its axis when its ends are pushed together by `share` of its length; its
+ * equilibrium has to be a minimum: there is a factor without a shift. */
 static double push(double share)
 {
     bar s = bar_make(10, 20, 4, 0);
@@ -272,8 +273,8 @@ static double push(double share)
     return most;
 }
 
-/* Euler: a clamped bar buckles at a strain of 4 pi^2 I / (A L^2) = 3.3 %, this mesh bends 1.44 times as
- * hard (test_bake_modes.c): 4.7 %. Pushed by s beyond it, its half wave rises to about
+/* Euler: a clamped bar buckles at a strain of 4 pi^2 I / (A L^2) = 3.3 %, this mesh bends 1.44
+ * times as hard (test_bake_modes.c): 4.7 %. Pushed by s beyond it, its half wave rises to about
  * (2 L/pi) sqrt(s - 4.7 %) = 1.5 for 10 %. */
 static void a_bar_that_is_pushed_too_far_buckles(void)
 {
@@ -282,7 +283,7 @@ static void a_bar_that_is_pushed_too_far_buckles(void)
     CHECK(rise > 1 && rise < 2.2);
 }
 
-/* ---- little held --------------------------------------------------------------------------------- */
+/* ---- little held ----------------------------------------------------------------------------- */
 
 /* One corner pulls the rest along, which may turn as it likes, but not stretch. */
 static void a_free_body_follows_one_vertex_without_a_strain(void)
@@ -322,7 +323,7 @@ static void nothing_moves_when_nothing_is_dragged(void)
     bar_free(&s);
 }
 
-/* ---- impossible ---------------------------------------------------------------------------------- */
+/* ---- impossible ------------------------------------------------------------------------------ */
 
 static void a_drag_through_the_body_fails_and_says_how_far_it_got(void)
 {

@@ -22,6 +22,22 @@ void bodies_want(scene *s)
     }
 }
 
+/* The poses are the bodies' now. No channel moves them, so nothing else may find them. */
+static void forget_wanted(scene *s)
+{
+    for (int i = 0; i < s->body_count; i++) {
+        scene_mesh *m = s->bodies[i].mesh >= 0 ? &s->meshes[s->bodies[i].mesh] : NULL;
+        for (int k = 0; m && k < m->shape_count; k++) {
+            free(m->shapes[k].file);
+        }
+        if (m) {
+            free(m->shapes);
+            m->shapes = NULL;
+            m->shape_count = 0;
+        }
+    }
+}
+
 static void report_modes(const body_work *w, body_report *r)
 {
     const modes *m = &w->own;
@@ -139,6 +155,7 @@ int bodies_make(scene *s, shapes *sh, int verbose, bodies *out, bake_error *erro
         body_progress(&w, "");
         body_work_free(&w);
     }
+    forget_wanted(s);
     return err;
 }
 

@@ -1,13 +1,13 @@
 /* The lowest vibration modes of a sparse system.                                    [Schulz (2.11)]
- * Source: own, on CHOLMOD and LAPACK: block Lanczos (modes_lanczos.c) on (S - sigma)^-1.
- *   S      n x n   M^-1/2 K M^-1/2: S y = lambda y, phi = M^-1/2 y, and M-norms are plain norms of y
+ * Source: ARPACK in shift-invert mode on CHOLMOD (modes_arpack.c); where the shift lies is our own.
+ *   S      n x n   M^-1/2 K M^-1/2: S y = lambda y, phi = M^-1/2 y; M-norms are norms of y
  *   sigma          below the lowest eigenvalue, so that S - sigma has a Cholesky factor
  *
- * Residuals: |S y - lambda y| / max(|lambda|, lambda_first) = |K phi - lambda M phi| in the norm of M^-1,
- * relative to lambda, or for rigid modes to lambda_first, the |lambda| of the softest mode that is not rigid:
- * what a rigid mode's error weighs beside the motions one sees. They must be below 1e-8, or, where that
- * is out of reach of doubles (thin shells on fine meshes), below what rounding in products with K leaves:
- * 64 eps times a bound of the largest eigenvalue.
+ * Residuals: |S y - lambda y| / max(|lambda|, lambda_first) = |K phi - lambda M phi| in the norm of
+ * M^-1, relative to lambda, or for rigid modes to lambda_first, the |lambda| of the softest mode
+ * that is not rigid: what a rigid mode's error weighs beside the motions one sees. They must be
+ * below 1e-8, or, where that is out of reach of doubles (thin shells on fine meshes), below what
+ * rounding in products with K leaves: 64 eps times a bound of the largest eigenvalue.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "modes_parts.h"
 
@@ -25,8 +25,10 @@
  * elements are. */
 #define FIRST_SHIFT 1e-6
 
-/* A look at the spectrum after this many blocks decides whether another shift pays. */
-#define LOOK_STEPS 3
+/* A look at the spectrum: how many, and how exactly, relative to their distance from the shift. */
+#define LOOK_COUNT     16
+#define LOOK_TOLERANCE 1e-2
+#define LOOKS          4
 
 typedef struct {
     const sparse *S;
@@ -56,60 +58,45 @@ static int find_shift(shifted *s, bake_error *error)
                : err;
 }
 
-/* Where the shift should be, from what Lanczos has seen: a tenth of the softest mode below 0, or a tenth
- * of the lowest eigenvalue below it. Not nearer, and not nearer than a fraction of what is stiffer: rounding
- * in modes far from the shift is eps times their distance over its. */
-static double better_shift(const shifted *s, const lanczos *z)
+/* Where the shift should be, from what a look has seen: a tenth of the softest mode below 0, or a
+ * tenth of the lowest eigenvalue below it. Not nearer, and not nearer than a fraction of what is
+ * stiffer: rounding in modes far from the shift is eps times their distance over its. */
+static double better_shift(const shifted *s, const double *lambda, int count)
 {
-    double noise = 64 * DBL_EPSILON * s->bound, lowest = s->sigma + 1 / z->theta[0];
-    int far = z->wanted < 2 * LANCZOS_BLOCK ? z->wanted : 2 * LANCZOS_BLOCK;
-    double stiffer = s->sigma + 1 / z->theta[far < z->size ? far : z->size - 1];
-    if (lowest + z->error[0] / (z->theta[0] * z->theta[0]) < -noise) {
-        return 1.1 * lowest;
+    double noise = 64 * DBL_EPSILON * s->bound, stiffer = lambda[count - 1];
+    if (lambda[0] + LOOK_TOLERANCE * (lambda[0] - s->sigma) < -noise) {
+        return 1.1 * lambda[0];
     }
-    for (int i = 0; i < z->size; i++) {
-        double lambda = s->sigma + 1 / z->theta[i];
-        if (fabs(lambda) > noise + z->error[i] / (z->theta[i] * z->theta[i])) {
-            return -fmax(0.1 * fabs(lambda), 1e-4 * stiffer);
+    for (int i = 0; i < count; i++) {
+        if (fabs(lambda[i]) > noise + LOOK_TOLERANCE * (lambda[i] - s->sigma)) {
+            return -fmax(0.1 * fabs(lambda[i]), 1e-4 * stiffer);
         }
     }
     return 0.01 * s->sigma;
 }
 
-/* Lanczos to the end, from a shift that suits. */
-static int iterate(shifted *s, lanczos *z, bake_error *error)
+/* Brings the shift near the lowest eigenvalues: an iteration converges the faster, the nearer it is. */
+static int approach(shifted *s, int count, bake_error *error)
 {
-    int wanted = z->wanted, most = 60 * (wanted + LANCZOS_BLOCK), reshifts = 4;
-    for (int step = 1; z->solves < most; step++) {
-        lanczos_step(z, s->f);
-        if (step < LOOK_STEPS || z->size < LOOK_STEPS * LANCZOS_BLOCK) {
-            continue;
-        }
-        lanczos_look(z);
-        if (lanczos_done(z)) {
-            return 0;
-        }
-        double old = s->sigma, better = better_shift(s, z);
-        if (step == LOOK_STEPS && old < 4 * better && reshifts-- > 0) {
-            int known = z->size < 2 * LANCZOS_BLOCK ? z->size : 2 * LANCZOS_BLOCK;
-            double *Y = bake_alloc((size_t)z->n * (size_t)known, sizeof *Y);
-            lanczos_vectors(z, known, Y);
-            lanczos_free(z);
-            lanczos_make(z, s->S->n, wanted, Y, known);
-            free(Y);
-            int err = set_shift(s, better, error);
+    int look = count < LOOK_COUNT ? count : LOOK_COUNT, err = 0, more = 1;
+    double *lambda = bake_alloc((size_t)look, sizeof *lambda);
+    double *Y = bake_alloc((size_t)s->S->n * (size_t)look, sizeof *Y);
+    for (int round = 0; round < LOOKS && more && err == 0; round++) {
+        const arpack_problem p = {s->S->n, look, s->f, s->sigma, LOOK_TOLERANCE};
+        err = modes_arpack(&p, lambda, Y, error);
+        double old = s->sigma, better = err == 0 ? better_shift(s, lambda, look) : old;
+        more = old < 4 * better;
+        if (err == 0 && more) {
+            err = set_shift(s, better, error);
             if (err == 1) { /* too near: back to where it worked, to stay there */
-                err = set_shift(s, old, error);
-                reshifts = 0;
+                err = set_shift(s, old, error) == 0 ? 0 : -1;
+                more = 0;
             }
-            if (err != 0) {
-                return -1;
-            }
-            step = 0;
         }
     }
-    return bake_fail(error, "%d modes of %d unknowns did not converge in %d solves", wanted,
-                     s->S->n, z->solves);
+    free(lambda);
+    free(Y);
+    return err;
 }
 
 /* Rayleigh-Ritz in the space of the columns of out->phi: lambda, phi, |S y - lambda y|. */
@@ -145,23 +132,23 @@ static int rotate(const sparse *S, modes *out, bake_error *error)
 static int sparse_modes(const sparse *S, double bound, int count, modes *out, bake_error *error)
 {
     shifted s = {.S = S, .bound = bound, .f = sparse_analyse(S, error)};
-    lanczos z = {0};
     double *one = bake_alloc((size_t)S->n, sizeof *one);
     for (int i = 0; i < S->n; i++) {
         one[i] = 1;
     }
     s.one = one;
     modes_room(out, S->n, count);
-    lanczos_make(&z, S->n, count, NULL, 0);
-    int err = !s.f || find_shift(&s, error) < 0 || iterate(&s, &z, error) < 0 ? -1 : 0;
+    int err = !s.f || find_shift(&s, error) < 0 || approach(&s, count, error) < 0 ? -1 : 0;
     if (err == 0) {
-        lanczos_vectors(&z, count, out->phi);
-        /* One inverse iteration more takes out what rounding left of the stiffest modes, which weigh most
-         * in K phi. */
+        const arpack_problem p = {S->n, count, s.f, s.sigma, 0};
+        err = modes_arpack(&p, out->lambda, out->phi, error);
+    }
+    if (err == 0) {
+        /* One inverse iteration more takes out what rounding left of the stiffest modes, which
+         * weigh most in K phi. */
         sparse_solve_plain(s.f, out->phi, count);
         err = rotate(S, out, error);
     }
-    lanczos_free(&z);
     sparse_factor_free(s.f);
     free(one);
     return err;

@@ -12,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The lowest out->count pairs of S into lambda and phi (as y), with |S y - lambda y|. S is n x n, its lower
- * triangle counts. Returns the largest |lambda| of all, or -1. */
+/* The lowest out->count pairs of S into lambda and phi (as y), with |S y - lambda y|. S is n x n,
+ * its lower triangle counts. Returns the largest |lambda| of all, or -1. */
 static double decompose(const double *S, modes *out, bake_error *error)
 {
     int n = out->n, count = out->count;

@@ -34,10 +34,10 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* What is below 64 eps of the largest eigenvalue is rounding: products with K are not more exact. But of
- * a fine, stiff mesh with soft modes these may be in there as well; then the widest gap in it parts them
- * from the rigid modes, which are as near to 0 as rounding lets them be. Returns the largest |lambda| that
- * is 0. floor: below it, gaps mean nothing. */
+/* What is below 64 eps of the largest eigenvalue is rounding: products with K are not more exact.
+ * But of a fine, stiff mesh with soft modes these may be in there as well; then the widest gap in
+ * it parts them from the rigid modes, which are as near to 0 as rounding lets them be. Returns the
+ * largest |lambda| that is 0. floor: below it, gaps mean nothing. */
 static double widest_gap(const double *lambda, int count, double noise, double floor)
 {
     double *size = bake_alloc((size_t)count, sizeof *size), widest = 0, cut = -1;

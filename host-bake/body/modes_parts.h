@@ -7,43 +7,31 @@
 
 #include "modes.h"
 
-/* ---- modes_lanczos.c: the largest eigenpairs of (S - sigma)^-1 ----------------------------------- */
+/* ---- modes_arpack.c: eigenpairs of S nearest above a shift ------------------------------------ */
 
 typedef struct {
-    int n, wanted, room; /* room: columns of V */
-    int size;            /* columns of V in H; the block after them is in V, too */
-    double *V;           /* n x room, orthonormal */
-    double *H;           /* room x room: V^T (S - sigma)^-1 V */
-    double *theta;       /* room: eigenvalues of H, descending, after lanczos_look */
-    double *Z;           /* room x room: eigenvectors of H, columns in that order */
-    double *error;       /* room: |(S - sigma)^-1 y - theta y| of each */
-    double *next; /* LANCZOS_BLOCK x LANCZOS_BLOCK: what couples the last block with the next */
-    int solves;
-} lanczos;
+    int n, count;
+    sparse_factor *factor; /* of S - sigma, positive definite */
+    double sigma;
+    double tolerance; /* of 1/(lambda - sigma), relative; 0 = what doubles reach */
+} arpack_problem;
 
-#define LANCZOS_BLOCK 8
+/* lambda: count, ascending; Y: n x count. */
+int modes_arpack(const arpack_problem *p, double *lambda, double *Y, bake_error *error);
 
-/* start: n x start_count, what the wanted modes may look like; NULL = none. */
-void lanczos_make(lanczos *z, int n, int wanted, const double *start, int start_count);
-void lanczos_free(lanczos *z);
-void lanczos_step(lanczos *z, sparse_factor *f); /* one more block; restarts when V is full */
-void lanczos_look(lanczos *z);                   /* theta, Z, error */
-int lanczos_done(const lanczos *z);              /* after a look: the wanted ones have converged */
-/* Y = V Z: the first `count` of them. */
-void lanczos_vectors(const lanczos *z, int count, double *Y);
-
-/* ---- modes_finish.c ------------------------------------------------------------------------------ */
+/* ---- modes_finish.c -------------------------------------------------------------------------- */
 
 /* An upper bound of the largest |lambda| of S [Gershgorin]. */
 double modes_bound(const sparse *S);
 
 void modes_room(modes *out, int n, int count);
 
-/* The caller has set lambda (ascending), phi, and as residual the norms |S y - lambda y|. Makes noise 0,
- * counts, fixes signs, relates the residuals to their scale, and fails when one is too large. */
+/* The caller has set lambda (ascending), phi, and as residual the norms |S y - lambda y|. Makes
+ * noise 0, counts, fixes signs, relates the residuals to their scale, and fails when one is too
+ * large. */
 int modes_finish(modes *out, double bound, bake_error *error);
 
-/* ---- modes_dense.c ------------------------------------------------------------------------------- */
+/* ---- modes_dense.c --------------------------------------------------------------------------- */
 
 /* All of S as a full matrix; y, not phi, in out->phi. */
 int modes_dense_scaled(const sparse *S, int count, modes *out, bake_error *error);

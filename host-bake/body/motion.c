@@ -39,8 +39,8 @@ void motion_free(motion *m)
     *m = (motion){0};
 }
 
-/* Erratum S7: 6 u^5 - 15 u^4 + 10 u^3, whose first two derivatives vanish at 0 and 1. Two fades over one
- * interval sum to 1 because one is 1 minus the other. */
+/* Erratum S7: 6 u^5 - 15 u^4 + 10 u^3, whose first two derivatives vanish at 0 and 1. Two fades
+ * over one interval sum to 1 because one is 1 minus the other. */
 static void add_fade(const double span[2], double t, double sign, double h[3])
 {
     if (t < span[0])
@@ -163,8 +163,9 @@ static void force_visit(void *context, double s, double weight)
     sum->energy += weight * h[0] * f * f;
 }
 
-/* The part of a segment between two places where h changes its polynomial. The rule's panels suit the
- * part as well: what is steep is steep at the ends of the segment, which it shares or lies away from. */
+/* The part of a segment between two places where h changes its polynomial. The rule's panels suit
+ * the part as well: what is steep is steep at the ends of the segment, which it shares or lies away
+ * from. */
 static void integrate(force_sum *sum, double from, double to)
 {
     bake_segment part = *sum->segment;
@@ -175,8 +176,8 @@ static void integrate(force_sum *sum, double from, double to)
 }
 
 /* Where h = 1: f'' - 2 delta f' + lambda f = 0, so that f^2 = f (y'' + 2 delta y' + lambda y), with
- * y = w + g/lambda, integrates by parts to what f y' - f' y + 2 delta f y gains. Its relative error is
- * 1e-16 terms/gain: refused above 1e-10, near free vibration and where g/lambda is large. */
+ * y = w + g/lambda, integrates by parts to what f y' - f' y + 2 delta f y gains. Its relative error
+ * is 1e-16 terms/gain: refused above 1e-10, near free vibration and where g/lambda is large. */
 static int gain(const force_sum *sum, double from, double to, double *energy)
 {
     const bake_mode *m = sum->mode;
@@ -226,8 +227,8 @@ void motion_measure(motion *m)
 
 /* ---- the cubic ------------------------------------------------------------------------------- */
 
-/* Component r of q of the C2 cubic through the motion's own poses at the keys (soft and partial ones are
- * where it went), with the hard velocities and the ends that it was given. */
+/* Component r of q of the C2 cubic through the motion's own poses at the keys (soft and partial
+ * ones are where it went), with the hard velocities and the ends that it was given. */
 static int solve_cubic(const motion_input *in, const double *poses, int d, int r, bake_curve *out,
                        bake_error *error)
 {

@@ -8,24 +8,28 @@
  *   L    2 x 2   change of curvature  sum over the sides of turn_i l_i/(2 A) n_i n_i^T
  *   V = sum A (lambda'/2 (tr E)^2 + mu tr E^2 + D/2 (nu (tr L)^2 + (1 - nu) tr L^2))
  * lambda' = 2 lambda mu/(lambda + 2 mu) = E h nu/(1 - nu^2) in plane stress; D = E h^3/(12 (1 - nu^2)).
- * Source: not what Schulz 2013, 2.3.2 prints [Grinspun et al. 2003], namely sums of l (dl/l)^2 and
- * A (dA/A)^2 over edges and triangles, 3 l^2/A dtheta^2 over edges:
- *   - the first gets stiffer as the mesh gets finer. With l replaced by area it does not, but knows
- *     only edges: calibrated on equilateral triangles, in-plane frequencies were 0.46 .. 1.15 of a
- *     plane-stress sheet's on grids, 0.91 .. 0.96 on irregular meshes; and for nu < 1/3 the weight of
- *     areas is negative, V unbounded below. E above is exact for the material on any triangles; what
- *     is left is the error of linear elements.
- *   - the last is a plate of Poisson's ratio -1/3 on equilateral triangles, something else on others.
- *     L is [Onate and Zarate 2000], or the mid-edge normals of [Grinspun et al. 2006] with each put
- *     halfway between its triangles'; it is exact for constant curvature on equilateral triangles
- *     and averages to it on any. At the border it is ours: turn is free there (shell_make.c).
- * Frequencies over exact ones, nu = 0.3, first six of a free and of a supported square of 16 x 16
- * cells, and of a strip of 8 x 64 held at one end; in brackets with the printed energy for bending,
- * times E h^3/32 so that strips bend right:
- *   equilateral    0.97 .. 1.00  (0.97 .. 1.35)      irregular  1.01 .. 1.08  (0.96 .. 1.45)
- *   one diagonal   0.96 .. 0.99  (0.93 .. 1.65)      diagonals by turns  0.97 .. 1.43  (0.89 .. 1.48)
- * Diagonals that alternate like a chessboard are too stiff in twisting, by 1.41 in the limit: L's trace, which
- * should be 0, is alternately 2 and -2 there.
+ * Source: not what Schulz 2013, 2.3.2 prints [Grinspun et al. 2003]: squares of dl over l for edges, of dA
+ * over A for triangles, of dtheta times 3 l^2/A for edges.
+ *   - The first gets stiffer as the mesh gets finer. Scaled by area it does not, but sees only edges:
+ *     it can be calibrated on equilateral triangles and is wrong on others; and for nu < 1/3 the
+ *     weight of areas is then negative, so that V falls without end when stretched. E is exact for the
+ *     material on any triangles; what is left is the error of linear elements.
+ *   - The last is a plate of Poisson's ratio -1/3 on equilateral triangles, something else on others.
+ *     L is that of [Onate and Zarate 2000], or of mid-edge normals [Grinspun et al. 2006] put halfway
+ *     between those of the triangles; exact for constant curvature on equilateral triangles, right on
+ *     the average on any. What it does at the border is our own: turns are free there (shell_make.c).
+ * Frequencies over exact ones, nu = 0.3: the first six of a free square in its plane, then those of
+ * bending, free and supported, 16 x 16 cells, and of a strip of 8 x 64 held at one end; in brackets by
+ * the printed energy, calibrated as above (test_bake_shell_plates):
+ *                    in the plane                  bending, squares             bending, strip
+ *   equilateral      1.00..1.00 (0.99..1.02)   0.97..1.00 (0.97..1.35)   0.98..0.98 (0.98..1.23)
+ *   one diagonal     1.00..1.01 (0.65..1.02)   0.96..0.99 (1.02..1.45)   0.98..0.99 (0.94..1.65)
+ *   irregular        1.00..1.00 (0.96..1.00)   1.00..1.04 (0.99..1.38)   1.00..1.01 (1.00..1.25)
+ *   chessboard       1.00..1.01 (0.82..1.15)   0.97..1.43 (0.89..1.39)   0.99..1.42 (0.93..1.48)
+ * Bending of irregular meshes stays some percent too stiff however fine they are (rough ones up to 10).
+ * Diagonals that change like the squares of a chessboard are far too stiff in twisting: the trace of L,
+ * which should be 0, is 2 and -2 times the twist by turns. Where triangles fold flat onto each other, turn
+ * goes from pi to -pi and V jumps.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "shell_angle.h"
 #include "shell_parts.h"

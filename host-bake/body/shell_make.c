@@ -14,9 +14,6 @@
  * this, rounding of the coordinates decides more than the fourth digit of its height. */
 #define FLAT 1e-12
 
-/* What is left of a pivot, as a share of what it was, is rounding below this. */
-#define PIVOT_LEAST 1e-12
-
 /* A side of a triangle; corner: the one opposite to it, 0 .. 2. */
 typedef struct {
     int v[2], face, corner;
@@ -114,13 +111,14 @@ static int hinge_sign(const shell_hinge *hinge, const int corner[3], int i)
 }
 
 /* Minimises over the angle at side i: the border turns as it likes, as no moment acts on it. Without
- * this a border's triangle would take curvature across it for a part of what it is. */
-static void unbend(double bend[3][3], int i, double before)
+ * this a border's triangle would take curvature across it for a part of what it is. A second pivot that
+ * is rounding, of borders that are nearly parallel, has a column that is rounding too. */
+static void unbend(double bend[3][3], int i)
 {
     double pivot = bend[i][i], column[3] = {bend[0][i], bend[1][i], bend[2][i]};
     for (int a = 0; a < 3; a++)
         for (int b = 0; b < 3; b++) {
-            if (pivot > PIVOT_LEAST * before)
+            if (pivot > 0)
                 bend[a][b] -= column[a] * column[b] / pivot;
             if (a == i || b == i)
                 bend[a][b] = 0;
@@ -143,7 +141,7 @@ static void make_bend(const body *b, const shell *s, int f)
         }
     for (int i = 0; i < 3; i++)
         if (face->hinge[i] < 0)
-            unbend(face->bend, i, weight * length[i] * length[i]);
+            unbend(face->bend, i);
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
             if (face->hinge[i] >= 0 && face->hinge[j] >= 0)

@@ -51,12 +51,17 @@ typedef struct {
 /* Algorithm 1 with the model of a base point. Keys are solved mode by mode; partial keys couple them: the
  * values of all modes at these keys come from one quadratic program (spacetime_partial.c). A failure names
  * the mode (number, Hz) and the key times. Warnings (resonance) are passed on in error->text with success,
- * as bake_spline_solve does. */
+ * as bake_spline_solve does.
+ * An inner key with a hard pose and a hard velocity splits the motion, which is C1 there: a C2 spline
+ * through hard poses has no freedom but its two ends. For that reason a soft velocity at an inner key
+ * has little effect (none in a loop, or with both end velocities given), and a loop refuses hard ones.
+ * Coupled motions have the freedom: there both kinds work, and C2 stays. */
 int motion_one_point(const linear_model *model, const space_settings *settings, space_key *keys,
                      int key_count, motion *out, bake_error *error);
 
-/* The keys that motion_one_point gave to bake_spline_solve for mode i: count of them, the caller's; for who
- * wants to solve them again (partial keys have become hard ones). */
+/* The keys that motion_one_point gave to bake_spline_solve (from one hard inner velocity to the next) for
+ * mode i: count of them, the caller's; for who wants to solve them again (partial keys have become hard
+ * ones). */
 void motion_mode_keys(const linear_model *model, const space_settings *settings,
                       const space_key *keys, int key_count, int mode, const motion *solved,
                       bake_key *out);
@@ -70,7 +75,9 @@ int motion_blend(const linear_model *const *models, const space_settings *settin
 
 /* Coupling (2.8.2): the same keys; switches in the middle between keys (S8), C2 across them and across
  * keys. The thesis has one segment a model; here a model has a knot at its key as well, which lowers the
- * energy and needs no condition for C2 there (it is stationary). */
+ * energy. C2 there is a condition too: velocities at keys move the accelerations at the switches, so
+ * the minimum alone would not have it. Least among motions whose pieces solve (2.22): without that, a
+ * jump of q'' at a switch could be smoothed at no cost and the condition would mean nothing. */
 int motion_couple(const linear_model *const *models, const space_settings *settings,
                   space_key *keys, int key_count, motion *out, bake_error *error);
 void motion_free(motion *m);

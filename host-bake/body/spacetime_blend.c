@@ -3,9 +3,9 @@
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "spacetime_parts.h"
 
-/* Erratum S6: model j fades out, and j + 1 in, over the middle half of the gap between their keys. Near
- * key j all others are 0, so that the sum passes through its pose. A loop's last term is its first one
- * again, a period later. */
+/* Erratum S6: model j fades out, and j + 1 in, over the middle half of the gap between their keys.
+ * Near key j all others are 0, so that the sum passes through its pose. A loop's last term is its
+ * first one again, a period later. */
 static void set_fades(motion *m, const space_key *keys)
 {
     for (int j = 0; j < m->term_count - 1; j++) {

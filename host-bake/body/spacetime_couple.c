@@ -1,9 +1,9 @@
 /* Coupling: each key's model rules from one switch to the next, C2 across switches and keys.
- * Source: Schulz 2013, 2.8.2; errata S8, S9. Own: values and velocities at knots are the unknowns, not 4
- * coefficients a segment (C1 by construction); a model has a knot at its key too, where C2 is a condition as
- * well: a velocity there moves the accelerations at the switches, so that the minimum alone would not
- * have it. Each gap's switch is eliminated first (spacetime_gap.c); what the keys share is banded.
- * SPDX-License-Identifier: AGPL-3.0-or-later */
+ * Source: Schulz 2013, 2.8.2; errata S8, S9. Own: values and velocities at knots are the unknowns,
+ * not 4 coefficients a segment (C1 by construction); a model has a knot at its key too, where C2 is
+ * a condition as well: a velocity there moves the accelerations at the switches, so that the
+ * minimum alone would not have it. Each gap's switch is eliminated first (spacetime_gap.c); what
+ * the keys share is banded. SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "spacetime_gap.h"
 
 #include <cblas.h>
@@ -14,6 +14,8 @@
 
 /* Reciprocal condition of equilibrated systems: below, no digit is left. */
 #define CONDITION_LIMIT 1e-15
+/* Of equations with rows and columns of norm 1, relative to their largest term. */
+#define EQUATION_LIMIT  1e-10
 /* Of C2, relative to the terms of an acceleration. */
 #define RESIDUAL_LIMIT  1e-8
 
@@ -130,6 +132,24 @@ static int eliminate(coupling *s, bake_error *error)
     return failed;
 }
 
+/* What is left of the equations as dgbsvx scaled them, against their terms; x loses its own scale.
+ */
+static double left_over(const coupling *s, char scaled, const double *columns, double *x)
+{
+    int n = s->size, band = s->band;
+    double *r = bake_alloc((size_t)n, sizeof *r), terms = 1e-300, worst;
+    for (int i = 0; i < n && (scaled == 'C' || scaled == 'B'); i++)
+        x[i] /= columns[i];
+    for (int i = 0; i < n; i++)
+        terms = fmax(terms, fmax(fabs(x[i]), fabs(s->right[i])));
+    memcpy(r, s->right, (size_t)n * sizeof *r);
+    cblas_dgbmv(CblasColMajor, CblasNoTrans, n, n, band, band, -1.0, s->matrix, 2 * band + 1, x, 1,
+                1.0, r, 1);
+    worst = fabs(r[cblas_idamax(n, r, 1)]);
+    free(r);
+    return worst / terms;
+}
+
 static int solve(coupling *s)
 {
     lapack_int n = s->size, band = s->band;
@@ -142,11 +162,13 @@ static int solve(coupling *s)
     lapack_int info = LAPACKE_dgbsvx(
         LAPACK_COL_MAJOR, 'E', 'N', n, band, band, 1, s->matrix, 2 * band + 1, factor, 3 * band + 1,
         pivot, &scaled, rows, columns, s->right, n, x, n, &condition, &forward, &backward, &growth);
-    memcpy(s->right, x, count * sizeof *x);
+    memcpy(factor, x, count * sizeof *x);
+    double left = left_over(s, scaled, columns, x);
+    memcpy(s->right, factor, count * sizeof *x);
     s->worst = fmin(s->worst, condition);
     free(factor);
     free(pivot);
-    return info != 0 || !(backward <= 1e-10);
+    return info != 0 || !(left <= EQUATION_LIMIT);
 }
 
 /* ---- the motion ------------------------------------------------------------------------------ */
@@ -186,7 +208,7 @@ static void acceleration(const coupling *s, int index, int end, double *q, doubl
 }
 
 /* Largest jump of the acceleration at any knot against its terms. Values and velocities agree by
- * construction; that the energy is least is in the equations' own residual, which LAPACK refines. */
+ * construction; that the energy is least is in the equations (left_over). */
 static double residual(const coupling *s)
 {
     int pieces = 2 * s->gaps;

@@ -11,7 +11,8 @@
 
 /* ---- pieces ---------------------------------------------------------------------------------- */
 
-/* The curve that is 1 in one of (w0, v0, w1, v1), or in none of them but has the force (column 4). */
+/* The curve that is 1 in one of (w0, v0, w1, v1), or in none of them but has the force (column 4).
+ */
 static bake_segment unit_curve(const gap_piece *p, int column)
 {
     bake_part part = p->part;
@@ -25,8 +26,8 @@ static bake_segment unit_curve(const gap_piece *p, int column)
     return unit;
 }
 
-/* Both curves solve (2.22), so that f_a'' - 2 delta f_a' + lambda f_a = 0 and the integral of f_a f_b is what
- * f_a b' - f_a' b + 2 delta f_a b gains; b is 1 in one value or velocity at one end. */
+/* Both curves solve (2.22), so that f_a'' - 2 delta f_a' + lambda f_a = 0 and the integral of f_a
+ * f_b is what f_a b' - f_a' b + 2 delta f_a b gains; b is 1 in one value or velocity at one end. */
 static void closed_form(gap_piece *p, const bake_mode *mode)
 {
     double Q[5][4], delta = mode->delta, lambda = mode->lambda;
@@ -117,8 +118,8 @@ typedef struct {
     double *M, *r, *room; /* n x n, n, 2 d x d */
 } equations;
 
-/* Slots: offsets of unknowns. Those of the switch are in coordinates of side 0, so that a quantity of
- * side 1 meets them through R. */
+/* Slots: offsets of unknowns. Those of the switch are in coordinates of side 0, so that a quantity
+ * of side 1 meets them through R. */
 static int turned(const equations *e, int slot)
 {
     return e->side == 1 && slot < 3 * e->g->d;

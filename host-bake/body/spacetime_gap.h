@@ -4,13 +4,12 @@
  *   w, v   d      value and velocity at the switch, in coordinates of the model before it
  *   k      d      multipliers of C2 at the switch, likewise
  *   x      3 d    (w, v, k)
- *   y      4 d    of the two keys, each in coordinates of its own model: velocity, multipliers of C2
- *   R      d x d  Phi_0^T Phi_1: c_0 = R c_1
- *   M      7 d x 7 d  stationarity of the gap's energy and conditions, order (x, y)
- *   Z      3 d x (4 d + 1)  x = Z (-y, 1)
- * Matrices are column-major. Modal coordinates keep stiff and soft modes apart as far as the two models agree:
- * in coordinates q their energies, which go with lambda^(3/2), would drown each other.
- * SPDX-License-Identifier: AGPL-3.0-or-later */
+ *   y      4 d    of the two keys, each in coordinates of its own model: velocity, multipliers of
+ * C2 R      d x d  Phi_0^T Phi_1: c_0 = R c_1 M      7 d x 7 d  stationarity of the gap's energy
+ * and conditions, order (x, y) Z      3 d x (4 d + 1)  x = Z (-y, 1) Matrices are column-major.
+ * Modal coordinates keep stiff and soft modes apart as far as the two models agree: in coordinates
+ * q their energies, which go with lambda^(3/2), would drown each other. SPDX-License-Identifier:
+ * AGPL-3.0-or-later */
 #ifndef BAKE_SPACETIME_GAP_H
 #define BAKE_SPACETIME_GAP_H
 
@@ -39,8 +38,9 @@ typedef struct {
 /* Pieces, R. before: the gap before it, whose last pieces may be like its first; or NULL. */
 void gap_prepare(gap *g, const gap *before);
 
-/* What is left of the gap's equations when the switch follows its keys: rest y = its last column; rest is
- * 4 d x (4 d + 1). Returns -1 if that is not determined; condition: reciprocal, of what was solved. */
+/* What is left of the gap's equations when the switch follows its keys: rest y = its last column;
+ * rest is 4 d x (4 d + 1). Returns -1 if that is not determined; condition: reciprocal, of what was
+ * solved. */
 int gap_eliminate(gap *g, double *rest, double *condition);
 
 /* Coefficients of the pieces from the keys' velocities and multipliers. */

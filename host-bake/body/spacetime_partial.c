@@ -1,8 +1,8 @@
 /* Partial keys: the values of all modes there, from one quadratic program.
- * Source: own. A mode's least energy is a quadratic function of its values at the P partial keys, because
- * its solution is affine in them:  w = w_0 + sum_k x_k w_k,  w_0 with the data and zeros, w_k with a unit
- * at partial key k and no data. Its P + 1 solutions share segments, so that the energies' Gram matrix is
- * one integral a segment.
+ * Source: own. A mode's least energy is a quadratic function of its values at the P partial keys,
+ * because its solution is affine in them:  w = w_0 + sum_k x_k w_k,  w_0 with the data and zeros,
+ * w_k with a unit at partial key k and no data. Its P + 1 solutions share segments, so that the
+ * energies' Gram matrix is one integral a segment.
  *
  *   x    P x d    modal values at the partial keys, the unknowns (x = values, key by key)
  *   G    (P+1)^2  of each mode: E = (1, x)^T G (1, x)
@@ -19,8 +19,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Rows of S that move less than this part of what its strongest combination moves are left to the energy:
- * what space_make calls independent. */
+/* Rows of S that move less than this part of what its strongest combination moves are left to the
+ * energy: what space_make calls independent. */
 #define RANK_LIMIT      1e-7
 /* Smallest singular value of A, whose diagonal is 1: below, fewer than 3 digits of z remain. */
 #define CONDITION_LIMIT 1e-13
@@ -103,8 +103,8 @@ static int solve_responses(const partial_system *s, int mode, bake_curve *curves
     return failed;
 }
 
-/* Soft keys weigh values and velocities of the responses against their targets: (w - target)^2, where
- * only w_0 has a target. */
+/* Soft keys weigh values and velocities of the responses against their targets: (w - target)^2,
+ * where only w_0 has a target. */
 static void add_soft_terms(const partial_system *s, const bake_key *keys, const bake_curve *curves,
                            double *G)
 {
@@ -263,8 +263,9 @@ static int add_hard_key(const partial_system *s, partial_key *p, const double *D
                            time);
 }
 
-/* The energy's diagonal, with a floor where there is none: such a value is free or given by rows. The floor is
- * 1e-9 of the root of the energy that a unit of this mode's terms has: rounding is 1e-16 of that. */
+/* The energy's diagonal, with a floor where there is none: such a value is free or given by rows.
+ * The floor is 1e-9 of the root of the energy that a unit of this mode's terms has: rounding is
+ * 1e-16 of that. */
 static void find_scale(const partial_system *s)
 {
     size_t d = (size_t)s->d, n = (size_t)s->count + 1;

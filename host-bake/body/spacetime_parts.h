@@ -13,7 +13,8 @@ typedef struct {
     int key_count;
 } motion_input;
 
-/* Times, numbers, ends; a loop's last key repeats the first. whole: each key must be a hard pose. */
+/* Times, numbers, ends; a loop's last key repeats the first. whole: each key must be a hard pose.
+ */
 int motion_check(const motion_input *in, int d, int whole, bake_error *error);
 
 /* Allocates terms, modes and (empty) curves; fades last from end to end until they are set. */
@@ -25,7 +26,8 @@ bake_mode motion_mode(const linear_model *model, const space_settings *settings,
 /* Coordinate i of c = Phi^T q. */
 double motion_project(const linear_model *model, int i, const double *q);
 
-/* The keys of mode `mode`, key_count of them. values: as in motion_solve_term, NULL without partial keys. */
+/* The keys of mode `mode`, key_count of them. values: as in motion_solve_term, NULL without partial
+ * keys. */
 void motion_keys_of_mode(const motion_input *in, const linear_model *model, int mode,
                          const double *values, bake_key *out);
 
@@ -41,14 +43,14 @@ typedef struct {
 void motion_warn(motion_warnings *all, const char *who, const bake_error *one);
 void motion_warned(const motion_warnings *all, bake_error *error);
 
-/* bake_spline_solve from one inner key with a hard value and a hard velocity to the next. A C2 spline through
- * given values has no freedom but its two ends; where a velocity is given as well, least energy is only
- * C1 and the two sides do not know of each other. (Not in loops.) */
+/* bake_spline_solve from one inner key with a hard value and a hard velocity to the next. A C2
+ * spline through given values has no freedom but its two ends; where a velocity is given as well,
+ * least energy is only C1 and the two sides do not know of each other. (Not in loops.) */
 int motion_solve_mode(const bake_spline_problem *problem, const bake_key *keys, int key_count,
                       bake_curve *curve, bake_error *error);
 
-/* Solves the d splines of one term. values: key_count x d, modal values at partial keys (the other rows
- * are not looked at); NULL if there are none. */
+/* Solves the d splines of one term. values: key_count x d, modal values at partial keys (the other
+ * rows are not looked at); NULL if there are none. */
 int motion_solve_term(const motion_input *in, const linear_model *model, const double *values,
                       motion_term *term, motion_warnings *warnings, bake_error *error);
 
@@ -57,9 +59,9 @@ int motion_partial_values(const motion_input *in, const linear_model *model, dou
                           bake_error *error);
 void motion_partial_missed(const motion_input *in, const motion *m, space_key *keys);
 
-/* Curves that share a segment, as coefficients of its four functions and of its particular solution:
- * w is count x 5. gram: count x count, row-major, added to: the integrals of
- * f_i f_j + regularise[0] w_i w_j + regularise[1] w_i' w_j' + regularise[2] w_i'' w_j''. */
+/* Curves that share a segment, as coefficients of its four functions and of its particular
+ * solution: w is count x 5. gram: count x count, row-major, added to: the integrals of f_i f_j +
+ * regularise[0] w_i w_j + regularise[1] w_i' w_j' + regularise[2] w_i'' w_j''. */
 typedef struct {
     const bake_segment *segment;
     const bake_mode *mode;

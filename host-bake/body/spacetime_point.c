@@ -41,7 +41,8 @@ void motion_mode_problem(const linear_model *model, const space_settings *settin
     }
 }
 
-/* values: key_count x d as in motion_solve_term. A loop's last pose is the first one, to the bit. */
+/* values: key_count x d as in motion_solve_term. A loop's last pose is the first one, to the bit.
+ */
 void motion_keys_of_mode(const motion_input *in, const linear_model *model, int mode,
                          const double *values, bake_key *out)
 {

@@ -14,11 +14,11 @@
 #include <string.h>
 #include <suitesparse/cholmod.h>
 
-/* Right-hand sides that go through the factor together: beyond it nothing is gained (measured with
- * tests/bench_modes.c), and the work space is this many columns. */
+/* Right-hand sides that go through the factor together. 32 of 52728 unknowns take 0.77 s one by one,
+ * 0.29 s by 8, 0.17 s by 16, 0.16 s by 32, and the work space is this many columns. */
 #define SOLVE_COLUMNS 16
 
-/* ---- assembly ----------------------------------------------------------------------------------- */
+/* ---- assembly -------------------------------------------------------------------------------- */
 
 /* One block column: the rows that vertex b meets, each with the sum of its blocks. */
 typedef struct {
@@ -181,7 +181,7 @@ void sparse_multiply(const sparse *s, const double *x, double *y)
     }
 }
 
-/* ---- factors ------------------------------------------------------------------------------------ */
+/* ---- factors --------------------------------------------------------------------------------- */
 
 struct sparse_factor {
     cholmod_common common;
@@ -223,8 +223,8 @@ sparse_factor *sparse_analyse(const sparse *s, bake_error *error)
     openblas_set_num_threads(1); /* sums of several threads have no fixed order */
     cholmod_start(&f->common);
     f->common.print = 0;
-    /* The simplicial factor that CHOLMOD may choose is L D L^T, which exists for indefinite matrices
-     * too: the supernodal one is the test that the shift search needs. */
+    /* The simplicial factor that CHOLMOD may choose is L D L^T, which exists for indefinite
+     * matrices too: the supernodal one is the test that the shift search needs. */
     f->common.supernodal = CHOLMOD_SUPERNODAL;
     f->common.quick_return_if_not_posdef = 1;
     f->residual = bake_alloc((size_t)s->n * SOLVE_COLUMNS, sizeof *f->residual);

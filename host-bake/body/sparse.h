@@ -5,8 +5,8 @@
 
 #include "freedom.h"
 
-/* The lower triangle of a symmetric matrix in compressed columns, rows ascending; every column begins
- * with its diagonal entry. */
+/* The lower triangle of a symmetric matrix in compressed columns, rows ascending; every column
+ * begins with its diagonal entry. */
 typedef struct {
     int n;
     int *column; /* n + 1 */
@@ -24,19 +24,20 @@ void sparse_multiply(const sparse *s, const double *x, double *y);
 /* A Cholesky factor of S + shift diag(d); opaque. NULL as d: of S. */
 typedef struct sparse_factor sparse_factor;
 
-/* NULL without a message in `error` when the matrix is not positive definite (try a larger shift); NULL
- * with one when there is no memory. */
+/* NULL without a message in `error` when the matrix is not positive definite (try a larger shift);
+ * NULL with one when there is no memory. */
 sparse_factor *sparse_factorise(const sparse *s, double shift, const double *d, bake_error *error);
 void sparse_factor_free(sparse_factor *f);
 
-/* The same in two steps, for several matrices of one size: the order of elimination is found again only
- * when the pattern has changed. sparse_refactor: 0, 1 = not positive definite (the factor is void until the next one), -1. */
+/* The same in two steps, for several matrices of one size: the order of elimination is found again
+ * only when the pattern has changed. sparse_refactor: 0, 1 = not positive definite (the factor is
+ * void until the next one), -1. */
 sparse_factor *sparse_analyse(const sparse *s, bake_error *error);
 int sparse_refactor(sparse_factor *f, const sparse *s, double shift, const double *d,
                     bake_error *error);
 
-/* X = A^-1 B for `count` right-hand sides, column-major, in place. Refined once, so that the residual is
- * that of a backward stable solve. */
+/* X = A^-1 B for `count` right-hand sides, column-major, in place. Refined once, so that the
+ * residual is that of a backward stable solve. */
 void sparse_solve(sparse_factor *f, double *x, int count);
 
 /* Without the refinement, in half the time: for iterations that see their own error. */

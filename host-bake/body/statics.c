@@ -3,8 +3,8 @@
  *   Z   3 n x c              free directions (held, without the dragged vertices)
  *   g   c     Z^T r: 0 in equilibrium       K   3 n x 3 n   d2V(x)
  *   A   c x c Z^T K Z + shift M: shifted until it is positive definite, so that steps go downhill
- * Source: own. A load step begins with the tangent of the path of equilibria, A dy = -Z^T K dx of the
- * dragged vertices: moved alone they would turn the elements beside them inside out.
+ * Source: own. A load step begins with the tangent of the path of equilibria, A dy = -Z^T K dx of
+ * the dragged vertices: moved alone they would turn the elements beside them inside out.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "statics.h"
 #include "sparse.h"
@@ -15,15 +15,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The smallest share of the whole drag that a step may have, and how many factors all of it may take. */
+/* The smallest share of the whole drag that a step may have, and how many factors all of it may
+ * take. */
 #define LEAST_STEP  (1.0 / 1024)
 #define MOST_SOLVES 400
 
 /* Newton's iterations for one load step: less than ten, but on the way down from a ridge. */
 #define MOST_ITERATIONS 100
 
-/* An eigenvalue below this share of the stiffest is unstable; nearer to 0 it may be a free turn, with what
- * is left of forces in it. How often a load step leaves a ridge. */
+/* An eigenvalue below this share of the stiffest is unstable; nearer to 0 it may be a free turn,
+ * with what is left of forces in it. How often a load step leaves a ridge. */
 #define UNSTABLE    1e-9
 #define MOST_RIDGES 2
 
@@ -45,7 +46,7 @@ typedef struct {
     int solves;
 } statics;
 
-/* ---- what is free ------------------------------------------------------------------------------- */
+/* ---- what is free ---------------------------------------------------------------------------- */
 
 /* `held` without the dragged vertices. */
 static void keep_free(const freedom *held, const statics_drag *drag, freedom *out)
@@ -101,7 +102,7 @@ static void statics_free(statics *s)
     free(s->y);
 }
 
-/* ---- energy ------------------------------------------------------------------------------------- */
+/* ---- energy ---------------------------------------------------------------------------------- */
 
 /* A tetrahedron of StVK may be turned inside out at a finite price: that is no pose. */
 static int inside_out(const body *b, const double *x)
@@ -170,10 +171,10 @@ static int linearise(statics *s, bake_error *error)
     return 0;
 }
 
-/* A factor of A + shift M. The first shift is for bodies that may still turn freely: far below what any
- * mode has, but enough for a factor. Where K is indefinite, the best shift is little more than its lowest
- * eigenvalue: a larger one slows everything that is soft. So each search begins with half of what the
- * last one found. 1 = there is none. */
+/* A factor of A + shift M. The first shift is for bodies that may still turn freely: far below what
+ * any mode has, but enough for a factor. Where K is indefinite, the best shift is little more than
+ * its lowest eigenvalue: a larger one slows everything that is soft. So each search begins with
+ * half of what the last one found. 1 = there is none. */
 static int factorise(statics *s, bake_error *error)
 {
     double shift = 1e-12 * s->stiffest, grow = s->shift > 0 ? 2 : 8;
@@ -191,7 +192,7 @@ static int factorise(statics *s, bake_error *error)
     return err;
 }
 
-/* ---- steps -------------------------------------------------------------------------------------- */
+/* ---- steps ----------------------------------------------------------------------------------- */
 
 /* trial = x + share Z y */
 static void move(statics *s, double share)
@@ -218,8 +219,8 @@ static int search(statics *s)
     return 1;
 }
 
-/* In a symmetric drag Newton's method may balance on a ridge (a bar pushed along its axis). Then x moves
- * off it, along what A's factor says is softest. 1 = moved, 0 = nothing is unstable. */
+/* In a symmetric drag Newton's method may balance on a ridge (a bar pushed along its axis). Then x
+ * moves off it, along what A's factor says is softest. 1 = moved, 0 = nothing is unstable. */
 static int leave_ridge(statics *s, bake_error *error)
 {
     double most = 0, size = 0;
@@ -294,8 +295,8 @@ static void multiply(const body_blocks *K, const double *u, double *w)
     }
 }
 
-/* The dragged vertices move by `share` of what is missing, the others along the tangent. 1 = that turns
- * something inside out. */
+/* The dragged vertices move by `share` of what is missing, the others along the tangent. 1 = that
+ * turns something inside out. */
 static int predict(statics *s, const statics_drag *drag, double share, bake_error *error)
 {
     int n = 3 * s->b->vertex_count;

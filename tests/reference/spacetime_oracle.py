@@ -3,14 +3,15 @@
 # tests/test_bake_spacetime_oracle.c.
 #   command   python3 tests/reference/spacetime_oracle.py > tests/vectors/spacetime_oracle.csv
 #   needs     numpy, scipy
-# Source: Schulz 2013, (2.10), (2.20), 2.8. In coordinates q of the space, where all modes are mixed by Phi:
-#   one-point, blend   quintic Hermite finite elements for q(t), the integral of |q'' + D q' + K q + G|^2 and
-#                      the soft keys as one linear least squares problem, hard keys as its constraints.
-#                      Each result comes with what halving the elements changes.
-#   couple             q'''' + (2 K - D^2) q'' + K^2 q + K G = 0 on each half gap by matrix exponentials,
-#                      C2 at keys and switches and the poses as constraints. (Not by finite elements: a jump of q''
-#                      at a single time can be smoothed at no cost, so that without its function space
-#                      the problem is the one without that condition.)
+# Source: Schulz 2013, (2.10), (2.20), 2.8. In coordinates q of the space, where Phi mixes all modes:
+#   one-point, blend   quintic Hermite finite elements for q(t): the integral of
+#                      |q'' + D q' + K q + G|^2 and the soft keys are one linear least squares
+#                      problem, the hard keys its constraints. Each result comes with what halving
+#                      the elements changes.
+#   couple             q'''' + (2 K - D^2) q'' + K^2 q + K G = 0 on each half gap by matrix
+#                      exponentials; C2 at keys and switches and the poses are constraints. (Not by
+#                      finite elements: a jump of q'' at one time can be smoothed at no cost, so
+#                      that with all functions the problem is the one without that condition.)
 # Each case: the settings, models, keys, then samples of q.
 # SPDX-License-Identifier: AGPL-3.0-or-later
 import numpy as np
@@ -35,7 +36,8 @@ class Model:
 
 
 class Settings:
-    def __init__(self, alpha=0.0, beta=0.0, stiffness=1.0, end=(VELOCITY, VELOCITY), v=(None, None)):
+    def __init__(self, alpha=0.0, beta=0.0, stiffness=1.0, end=(VELOCITY, VELOCITY),
+                 v=(None, None)):
         self.alpha, self.beta, self.stiffness = alpha, beta, stiffness
         self.end, self.v = end, v
 
