@@ -1,22 +1,24 @@
 #!/usr/bin/env python3
-"""The meshes of the examples of bodies, as OBJ: a closed box, a sheet of triangles, and a cactus and a dinosaur
-from CGAL's data in Debian's libcgal-dev, turned and scaled. That package's copyright file says that what has
+"""The meshes of the examples of bodies, as OBJ: a closed box, a sheet of triangles, a bug, and a cactus and a
+dinosaur from CGAL's data in Debian's libcgal-dev. That package's copyright file says that what has
 no notice of its own, as these files, is under the Creative Commons CC0 1.0 licence.
 
     make_shapes.py            writes block/block.obj, cloth/cloth.obj... beside itself
 SPDX-License-Identifier: MIT
 """
+import heapq
 import os
 import tarfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 CGAL = "/usr/share/doc/libcgal-dev/data.tar.gz"
+PAIRS = [(i, j) for i in range(4) for j in range(i, 4)]
 
 
 def write(path, vertices, triangles, what):
     with open(os.path.join(HERE, path), "w", encoding="utf-8") as f:
         f.write(f"# {what}, made by make_shapes.py\n# SPDX-License-Identifier: CC0-1.0\n")
-        f.writelines("v %g %g %g\n" % v for v in vertices)
+        f.writelines("v %.6g %.6g %.6g\n" % v for v in vertices)
         f.writelines("f %d %d %d\n" % tuple(i + 1 for i in t) for t in triangles)
 
 
@@ -88,11 +90,132 @@ def off(name, axes, height):
     return [tuple(round(scale * (v[k] - origin[k]), 3) for k in range(3)) for v in vertices], triangles
 
 
+def simplify(vertices, triangles, count):
+    """Collapses edges of a closed surface until `count` vertices are left, those first that move it least
+    [Garland, Heckbert 1997]: the error of a vertex is the sum of squared distances from the planes of all
+    triangles that it stands for, weighted with their area."""
+    at, around = dict(enumerate(vertices)), {v: set() for v in range(len(vertices))}
+    error, heap = {v: [0] * 10 for v in at}, []
+
+    def normal(corners):
+        p, q, r = corners
+        a, b = [q[k] - p[k] for k in range(3)], [r[k] - p[k] for k in range(3)]
+        return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+    def distance(e, p):
+        h = (*p, 1)
+        return sum(e[k] * h[i] * h[j] * (1 if i == j else 2) for k, (i, j) in enumerate(PAIRS))
+
+    def neighbours(v):
+        return {w for t in around[v] for w in t} - {v}
+
+    def push(a, b):
+        e = [x + y for x, y in zip(error[a], error[b])]
+        middle = tuple((x + y) / 2 for x, y in zip(at[a], at[b]))
+        cost, p = min((distance(e, p), p) for p in (at[a], at[b], middle))
+        heapq.heappush(heap, (cost, a, b, at[a], at[b], p))
+
+    def folds(a, b, p):
+        for v in (a, b):
+            for t in around[v]:
+                if a in t and b in t:
+                    continue
+                n, m = (normal([at[w] if w != v else q for w in t]) for q in (at[v], p))
+                if sum(x * y for x, y in zip(n, m)) < 0.3 * (sum(x * x for x in n) *
+                                                            sum(x * x for x in m)) ** 0.5:
+                    return True
+        return False
+
+    for t in map(tuple, triangles):
+        n = normal([vertices[v] for v in t])
+        size = sum(x * x for x in n) ** 0.5
+        plane = [x / size for x in n] + [-sum(x * y for x, y in zip(n, vertices[t[0]])) / size]
+        for v in t:
+            around[v].add(t)
+            error[v] = [e + size * plane[i] * plane[j] for e, (i, j) in zip(error[v], PAIRS)]
+    for a in at:
+        for b in neighbours(a):
+            if a < b:
+                push(a, b)
+    while len(at) > count and heap:
+        _, a, b, was_a, was_b, p = heapq.heappop(heap)
+        if at.get(a) != was_a or at.get(b) != was_b or \
+                len(neighbours(a) & neighbours(b)) != 2 or folds(a, b, p):
+            continue
+        for t in list(around[b]):
+            for v in t:
+                around[v].discard(t)
+            if a not in t:
+                t = tuple(a if v == b else v for v in t)
+                for v in t:
+                    around[v].add(t)
+        at[a], error[a] = p, [x + y for x, y in zip(error[a], error[b])]
+        del at[b], around[b], error[b]
+        for v in neighbours(a):
+            push(min(a, v), max(a, v))
+    index = {v: i for i, v in enumerate(at)}
+    return list(at.values()), sorted({tuple(index[v] for v in t) for s in around.values() for t in s})
+
+
+def capsule(p, a, b, radius):
+    ab, ap = [[q[k] - a[k] for k in range(3)] for q in (b, p)]
+    u = max(0, min(1, sum(x * y for x, y in zip(ab, ap)) / sum(x * x for x in ab)))
+    return sum((y - u * x) ** 2 for x, y in zip(ab, ap)) ** 0.5 - radius
+
+
+def bug(p):
+    """Distance of a point from a bug that faces along x, about: parts melt into each other over 4 mm."""
+    x, y, z = p[0], p[1], abs(p[2])
+    parts = [(((x + 4) / 30) ** 2 + ((y - 24) / 13) ** 2 + (z / 17) ** 2) ** 0.5 * 14 - 14,
+             ((x - 36) ** 2 + (y - 30) ** 2 + z ** 2) ** 0.5 - 11,
+             capsule((x, y, z), (39, 38, 4), (44, 66, 14), 2.2),
+             capsule((x, y, z), (44, 66, 14), (45, 67, 14), 4.5)]
+    for leg in (-22, 0, 20):
+        parts.append(capsule((x, y, z), (leg, 20, 10), (1.2 * leg, 26, 27), 2.6))
+        parts.append(capsule((x, y, z), (1.2 * leg, 26, 27), (1.3 * leg, 2, 33), 2.6))
+    distance = parts[0]
+    for part in parts[1:]:
+        h = max(4 - abs(distance - part), 0) / 4
+        distance = min(distance, part) - h * h
+    return distance
+
+
+def net(distance, low, high, cell):
+    """The surface where distance is 0: a vertex in each cell of a grid that it passes, in the middle of where it
+    cuts the cell's edges, and a square around each edge that it cuts [Gibson 1998]."""
+    cells = [int((high[k] - low[k]) / cell) + 1 for k in range(3)]
+    steps = (cells[1] * cells[2], cells[2], 1)
+    place = [tuple(low[k] + cell * i for k, i in enumerate((n // steps[0], n // steps[1] % cells[1],
+                                                            n % cells[2])))
+             for n in range(cells[0] * steps[0])]
+    value, vertices, squares = [distance(p) for p in place], {}, []
+    for n, p in enumerate(place):
+        for axis in range(3):
+            m = n + steps[axis]
+            if m >= len(place) or (value[n] < 0) == (value[m] < 0):
+                continue
+            u = value[n] / (value[n] - value[m])
+            cut = [a + u * (b - a) for a, b in zip(p, place[m])]
+            i, j = steps[(axis + 1) % 3], steps[(axis + 2) % 3]
+            square = [n, n - i, n - i - j, n - j]
+            for c in square:
+                vertices.setdefault(c, []).append(cut)
+            squares.append(square[::-1] if value[n] < 0 else square)
+    index = {c: i for i, c in enumerate(vertices)}
+    triangles = []
+    for square in squares:
+        a, b, c, d = (index[v] for v in square)
+        triangles += [(a, b, c), (a, c, d)]
+    return [tuple(sum(x) / len(cuts) for x in zip(*cuts)) for cuts in vertices.values()], triangles
+
+
 def main():
     write("block/block.obj", *box((30, 100, 30), (5, 20, 5)), "A block of 30 x 100 x 30")
     write("cloth/cloth.obj", *sheet(160, 120, 24), "A sheet of 160 x 120")
+    write("bug/bug.obj", *simplify(*net(bug, (-42, -6, -42), (60, 78, 42), 1.6), 900), "A bug")
     write("cactus/cactus.obj", *off("cactus", (1, 2, 3), 100), "cactus.off of CGAL's data, turned and scaled")
-    write("walk/dino.obj", *off("dino", (-2, 3, -1), 100), "dino.off of CGAL's data, turned and scaled")
+    write("walk/dino.obj", *simplify(*off("dino", (-2, 3, -1), 100), 1000),
+          "dino.off of CGAL's data, turned, scaled and simplified")
 
 
 if __name__ == "__main__":

@@ -63,14 +63,16 @@ step "command line" $python tests/test_bake_cli.py
 step "filters, captures, limits" $python tests/test_bake_filters.py
 step "meshes to bases" $python tests/test_bake_pca.py
 step "damaged files" $python tests/test_bake_damage.py
+step "bodies end to end" $python tests/test_bake_bodies.py
+step "solids against mpmath" $python tests/reference/solid_oracle.py --check
 step "talking face" $python tests/test_bake_face.py
 step "pictures" $python tests/test_bake_pictures.py
 step "window" $python tests/test_view.py
-step "examples bake" sh -c 'mkdir -p build/check && for scene in nod puppet face faerie morph; do
+step "examples bake" sh -c 'mkdir -p build/check && for scene in nod puppet face faerie morph rod luxo block cactus cloth walk bug; do
     build/wiggly bake examples/$scene/$scene.yaml -o build/check/$scene.wgl --quiet || exit 1; done
     build/wiggly bake tests/scenes/buses.yaml -o build/check/buses.wgl --quiet'
 step "same bits, every compiler" sh tests/tools/same_bits.sh build/check/nod.wgl build/check/puppet.wgl \
-    build/check/buses.wgl build/check/face.wgl build/check/faerie.wgl
+    build/check/buses.wgl build/check/face.wgl build/check/faerie.wgl build/check/cactus.wgl
 $python tests/tools/clip_source.py tests/vectors/v1_shapes.wgl build/check/shapes
 for clip in nod puppet buses face shapes; do
     step "same bits, every board: $clip" $python tests/test_boards.py build/check/$clip.wgl

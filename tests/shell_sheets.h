@@ -61,8 +61,8 @@ static inline void one_diagonal(body *b, const int cells[2])
     }
 }
 
-/* [0, size[0]] x [0, size[1]] x 0, not prepared. Irregular: equilateral with each inner vertex moved
- * along x and y by up to a fifth of a side. */
+/* [0, size[0]] x [0, size[1]] x 0, not prepared. Irregular: equilateral with each inner vertex
+ * moved along x and y by up to a fifth of a side. */
 static inline void sheet(body *b, int mesh, const double size[2], const int cells[2])
 {
     sheet_triangles(b, size, cells, mesh == EQUILATERAL || mesh == IRREGULAR);

@@ -192,9 +192,9 @@ static void energy_ignores_rigid_motions(void)
     body_free(&b);
 }
 
-/* At rest forces and energy vanish exactly: displacements are 0, and angles are computed as they were
- * for the rest. Eigenvalues are exact to some 1e-15 of the largest; elastic ones are (thickness/size)^2
- * of it, 4e-7 for steel as measured. The bent sheets have obtuse triangles. */
+/* At rest forces and energy vanish exactly: displacements are 0, and angles are computed as they
+ * were for the rest. Eigenvalues are exact to some 1e-15 of the largest; elastic ones are
+ * (thickness/size)^2 of it, 4e-7 for steel as measured. The bent sheets have obtuse triangles. */
 static void rest_is_a_minimum_free_to_move_rigidly(void)
 {
     for (int m = 0; m < MATERIALS; m++) {

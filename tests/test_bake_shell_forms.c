@@ -72,10 +72,10 @@ static void green(const flat_map *F, double e[3])
     e[2] = 0.5 * (p[0] * q[0] + p[1] * q[1] + p[2] * q[2]);
 }
 
-/* The sheet stays flat, so its energy is that of one strain: E h/(2 (1 - nu^2)) times the invariant of E
- * and the area. Rounding: strains of up to 40 (stretched by 9) in each triangle, 1e-16 of them, times
- * the 1e1 by which a shaken triangle is thinner than its sides: 1e-14 of the energy. Angles are 0 to
- * 1e-15, squared. */
+/* The sheet stays flat, so its energy is that of one strain: E h/(2 (1 - nu^2)) times the invariant
+ * of E and the area. Rounding: strains of up to 40 (stretched by 9) in each triangle, 1e-16 of
+ * them, times the 1e1 by which a shaken triangle is thinner than its sides: 1e-14 of the energy.
+ * Angles are 0 to 1e-15, squared. */
 static void sheets_are_plane_stress_on_any_triangles(void)
 {
     const flat_map map[4] = {{{{1.3, 0, 0}, {0, 1.3, 0}}},
@@ -123,9 +123,10 @@ static void tiny_strains_keep_their_digits(void)
     body_free(&b);
 }
 
-/* One triangle with a hinge at side 0 and borders at sides 1, 2: T = t_1 t_2^T + t_2 t_1^T, t along the
- * sides, does not see what turns there, so T . L = turn/height n_0^T T n_0, and the least invariant of
- * such an L is that squared over its dual at T: (tr T^2 - nu/(1 + nu) (tr T)^2)/(1 - nu). */
+/* One triangle with a hinge at side 0 and borders at sides 1, 2: T = t_1 t_2^T + t_2 t_1^T, t along
+ * the sides, does not see what turns there, so T . L = turn/height n_0^T T n_0, and the least
+ * invariant of such an L is that squared over its dual at T: (tr T^2 - nu/(1 + nu) (tr T)^2)/(1 -
+ * nu). */
 static double ear(const double side[3][2], double turn, double nu)
 {
     double l = hypot(side[0][0], side[0][1]), area, T[3], seen;
@@ -165,9 +166,9 @@ static void hinge_turns_by_its_closed_form(void)
     }
 }
 
-/* Borders that are nearly parallel leave almost nothing to minimise over, but not less than nothing:
- * what is eliminated with the second one is w^2 or its rounding against the first, and so is what it
- * takes from the hinge. Some 100 roundings: 1e-14. */
+/* Borders that are nearly parallel leave almost nothing to minimise over, but not less than
+ * nothing: what is eliminated with the second one is w^2 or its rounding against the first, and so
+ * is what it takes from the hinge. Some 100 roundings: 1e-14. */
 static void slivers_at_the_border_have_the_closed_form(void)
 {
     const int corner[2][3] = {{0, 1, 2}, {1, 0, 3}};
@@ -190,9 +191,9 @@ static void slivers_at_the_border_have_the_closed_form(void)
 }
 
 /* What a hexagon of area 3/2 sqrt(3) and curvatures a + b, a - b should have, over D: of 6 side^2
- * triangles 6 side have one side on the border, equally often in each of three directions. There the
- * curvature across, u, is free: the least of the invariant is (1 - nu^2) v^2 + 2 (1 - nu) w^2, v along
- * the border and w mixed, whose means are a^2 + b^2/2 and b^2/2. */
+ * triangles 6 side have one side on the border, equally often in each of three directions. There
+ * the curvature across, u, is free: the least of the invariant is (1 - nu^2) v^2 + 2 (1 - nu) w^2,
+ * v along the border and w mixed, whose means are a^2 + b^2/2 and b^2/2. */
 static double hexagon_energy(int side, double a, double b, double nu)
 {
     double inner = 2 * (1 + nu) * a * a + 2 * (1 - nu) * b * b;
@@ -200,8 +201,9 @@ static double hexagon_energy(int side, double a, double b, double nu)
     return 0.5 * 1.5 * sqrt(3) * (inner + (border - inner) / side);
 }
 
-/* z = (a + b) p^2/2 + (a - b) q^2/2 along two perpendicular directions: L is exact, whatever Poisson's
- * ratio. 1e-11: 300 terms of rounding 1e-16, and turns over heights of 0.2 from coordinates of 1. */
+/* z = (a + b) p^2/2 + (a - b) q^2/2 along two perpendicular directions: L is exact, whatever
+ * Poisson's ratio. 1e-11: 300 terms of rounding 1e-16, and turns over heights of 0.2 from
+ * coordinates of 1. */
 static void paraboloids_are_plates_of_the_material(void)
 {
     const double halves[4][2] = {{1, 0}, {0, 1}, {0.5, 0.5}, {0.3, -0.8}};
@@ -226,11 +228,11 @@ static void paraboloids_are_plates_of_the_material(void)
         }
 }
 
-/* A cylinder, curved one way, straight the other. Without the border's share (above) the error is of
- * second order in the length l of the edges, as an arc's chord is: below l^2/12 on hinges and their
- * heights each, so l^2/4 in the square of their ratio; falling to a quarter (0.1: the fourth order),
- * rolled whichever way. So thick that the chords' membrane energy, l^4/h^2 of the bending's, does not
- * count. */
+/* A cylinder, curved one way, straight the other. Without the border's share (above) the error is
+ * of second order in the length l of the edges, as an arc's chord is: below l^2/12 on hinges and
+ * their heights each, so l^2/4 in the square of their ratio; falling to a quarter (0.1: the fourth
+ * order), rolled whichever way. So thick that the chords' membrane energy, l^4/h^2 of the
+ * bending's, does not count. */
 static void rolled_sheet_converges_with_order_two(void)
 {
     const body_material m = {1e6, 0.3, 1000, 100};

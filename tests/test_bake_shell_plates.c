@@ -1,7 +1,8 @@
 /* Flat shells as plates and as sheets: frequencies on four kinds of triangles against exact ones.
- * Source: supported squares pi^2 (m^2 + n^2); the others from a Ritz method with Legendre polynomials, all
- * digits here the same with 9 or 10 and with 12 or 14 of them each way (the strip's to 5e-4; free plates
- * as Leissa 1973, to his 1 %). Ranges are what was measured, and what host-bake/body/shell.c says.
+ * Source: supported squares pi^2 (m^2 + n^2); the others from a Ritz method with Legendre
+ * polynomials, all digits here the same with 9 or 10 and with 12 or 14 of them each way (the
+ * strip's to 5e-4; free plates as Leissa 1973, to his 1 %). Ranges are what was measured, and what
+ * host-bake/body/shell.c says.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "shell_sheets.h"
 

@@ -114,7 +114,7 @@ static int make_elements(body_work *w, const mesh *m, bake_error *error)
     w->n = 3 * w->b.vertex_count;
     w->rest = bake_alloc((size_t)w->n, sizeof *w->rest);
     memcpy(w->rest, w->b.rest, (size_t)w->n * sizeof *w->rest);
-    w->key = cache_key_start("body 1");
+    w->key = cache_key_start("body 2");
     cache_key_int(&w->key, (int)w->b.kind);
     cache_key_add(&w->key, &w->b.material, sizeof w->b.material);
     cache_key_add(&w->key, w->b.rest, (size_t)w->n * sizeof *w->rest);

@@ -159,7 +159,7 @@ static int comparable(const body_run *r)
     return good;
 }
 
-static int report(const body_work *w, body_run *r, bake_error *error)
+static void report(const body_work *w, body_run *r)
 {
     bake_error inner = {""};
     r->report.dimension = w->group[r->group].sp.d;
@@ -168,9 +168,8 @@ static int report(const body_work *w, body_run *r, bake_error *error)
     r->report.missed = is_chain(w) ? -1 : missed(w, r);
     if (comparable(r) && motion_compare(&r->m, &r->settings, r->key, r->from->key_count,
                                         &r->report.energy, &r->report.cubic, &inner) < 0) {
-        return body_fail(w, r->from->line, error, "%s", inner.text);
+        r->report.cubic = -1; /* a C2 cubic has no freedom for velocities at inner keys */
     }
-    return 0;
 }
 
 /* ---- one action, one clip --------------------------------------------------------------------- */
@@ -187,8 +186,10 @@ static int make_run(body_work *w, body_clip *c, int action, bake_error *error)
     }
     r->key = bake_alloc((size_t)a->key_count, sizeof *r->key);
     r->at_key = bake_alloc((size_t)a->key_count, sizeof *r->at_key);
-    r->settings.alpha = a->damping[0];
-    r->settings.beta = a->damping[1];
+    if (a->dynamics != DYNAMICS_SPLINE) {
+        r->settings.alpha = a->damping[0];
+        r->settings.beta = a->damping[1];
+    }
     r->settings.stiffness = a->stiffness;
     memcpy(r->settings.regularise, a->regularise, sizeof a->regularise);
     for (int k = 0; k < a->key_count; k++) {
@@ -198,7 +199,11 @@ static int make_run(body_work *w, body_clip *c, int action, bake_error *error)
     }
     make_end(r, 0);
     make_end(r, 1);
-    return solve(w, r, error) < 0 || report(w, r, error) < 0 ? -1 : 0;
+    if (solve(w, r, error) < 0) {
+        return -1;
+    }
+    report(w, r);
+    return 0;
 }
 
 static double longest(const body_work *w, const scene_clip *clip)
@@ -269,11 +274,15 @@ static const body_run *run_at(const body_clip *c, double t)
     return best;
 }
 
+/* Adds its difference from rest. */
 static void add_run(const body_work *w, const body_run *r, double t, double *x)
 {
     const space *sp = &w->group[r->group].sp;
     double *q = bake_alloc((size_t)sp->d, sizeof *q);
     motion_eval(&r->m, t, q, NULL, NULL);
+    for (int i = 0; i < w->n; i++) {
+        x[i] += sp->origin[i] - w->rest[i];
+    }
     for (int j = 0; j < sp->d; j++) {
         for (int i = 0; i < w->n; i++) {
             x[i] += q[j] * sp->V[(size_t)j * (size_t)w->n + (size_t)i];
@@ -285,12 +294,9 @@ static void add_run(const body_work *w, const body_run *r, double t, double *x)
 void body_clip_eval(const body_work *w, const body_clip *c, double t, double *x)
 {
     const body_run *main = run_at(c, t);
-    memcpy(x, main ? w->group[main->group].sp.origin : w->rest, (size_t)w->n * sizeof *x);
-    if (main) {
-        add_run(w, main, t, x);
-    }
+    memcpy(x, w->rest, (size_t)w->n * sizeof *x);
     for (int i = 0; i < c->count; i++) {
-        if (c->run[i].from->add) {
+        if (c->run[i].from->add || &c->run[i] == main) {
             add_run(w, &c->run[i], t, x);
         }
     }

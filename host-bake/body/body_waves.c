@@ -28,6 +28,17 @@ typedef struct {
     wave *wave;
 } waves_work;
 
+/* Where a hard velocity meets a pose between the ends, the motion is C1, its channels' splines would be C2. */
+static int has_stops(const body_run *r)
+{
+    int found = 0;
+    for (int k = 1; k + 1 < r->from->key_count; k++) {
+        const space_key *key = &r->key[k];
+        found |= key->v && key->weight[1] < 0 && (key->rows > 0 || key->weight[0] < 0);
+    }
+    return found;
+}
+
 int body_waves_possible(const body_clip *clips, int count)
 {
     for (int i = 0; i < count; i++) {
@@ -36,7 +47,8 @@ int body_waves_possible(const body_clip *clips, int count)
             const body_run *r = &clips[i].run[j];
             int dynamics = r->from->dynamics;
             main += !r->from->add;
-            if (dynamics == DYNAMICS_BLEND || dynamics == DYNAMICS_COUPLE || r->from->about != 0) {
+            if (dynamics == DYNAMICS_BLEND || dynamics == DYNAMICS_COUPLE || r->from->about != 0 ||
+                has_stops(r)) {
                 return 0;
             }
             for (int k = 1; k + 1 < r->from->key_count; k++) {

@@ -18,6 +18,9 @@ static double decompose(const double *S, modes *out, bake_error *error)
 {
     int n = out->n, count = out->count;
     size_t size = (size_t)n * (size_t)n;
+    if (!isfinite(cblas_dasum(n * n, S, 1))) { /* LAPACK would complain on its own */
+        return bake_fail(error, "the eigenvalues of %d x %d numbers: not all are finite", n, n);
+    }
     double *Y = bake_alloc(size, sizeof *Y), *w = bake_alloc((size_t)n, sizeof *w), most;
     double *R = bake_alloc((size_t)n * (size_t)count, sizeof *R);
     memcpy(Y, S, size * sizeof *Y);

@@ -1,35 +1,37 @@
 /* Shells: triangles that resist stretching as a sheet of the material does, and bending by the
  * angles to their neighbours.
  *   F    3 x 2   deformation gradient from the triangle's plane at rest;  F = axes + H, H from
- *                displacements, so that V(rest) is 0 exactly and small strains keep all their digits
+ *                displacements, so that V(rest) is 0 exactly and small strains keep digits
  *   E    2 x 2   Green's strain  1/2 (F^T F - 1) = 1/2 (axes^T H + H^T axes + H^T H)
  *   S    2 x 2   membrane forces  lambda' tr E + 2 mu E [N/m], both moduli times the thickness h
  *   turn         angle of a hinge minus the one at rest;  l_i, n_i: length and normal of a side
  *   L    2 x 2   change of curvature  sum over the sides of turn_i l_i/(2 A) n_i n_i^T
  *   V = sum A (lambda'/2 (tr E)^2 + mu tr E^2 + D/2 (nu (tr L)^2 + (1 - nu) tr L^2))
- * lambda' = 2 lambda mu/(lambda + 2 mu) = E h nu/(1 - nu^2) in plane stress; D = E h^3/(12 (1 - nu^2)).
- * Source: not what Schulz 2013, 2.3.2 prints [Grinspun et al. 2003]: squares of dl over l for edges, of dA
- * over A for triangles, of dtheta times 3 l^2/A for edges.
- *   - The first gets stiffer as the mesh gets finer. Scaled by area it does not, but sees only edges:
- *     it can be calibrated on equilateral triangles and is wrong on others; and for nu < 1/3 the
- *     weight of areas is then negative, so that V falls without end when stretched. E is exact for the
- *     material on any triangles; what is left is the error of linear elements.
- *   - The last is a plate of Poisson's ratio -1/3 on equilateral triangles, something else on others.
- *     L is that of [Onate and Zarate 2000], or of mid-edge normals [Grinspun et al. 2006] put halfway
- *     between those of the triangles; exact for constant curvature on equilateral triangles, right on
- *     the average on any. What it does at the border is our own: turns are free there (shell_make.c).
+ * lambda' = 2 lambda mu/(lambda + 2 mu) = E h nu/(1 - nu^2) in plane stress;
+ * D = E h^3/(12 (1 - nu^2)).
+ * Source: not what Schulz 2013, 2.3.2 prints [Grinspun et al. 2003]: squares of dl over l for
+ * edges, of dA over A for triangles, of dtheta times 3 l^2/A for edges.
+ *   - The first gets stiffer as the mesh gets finer. Scaled by area it does not, but sees only
+ *     edges: it can be calibrated on equilateral triangles and is wrong on others; and for nu < 1/3
+ *     the weight of areas is then negative, so that V falls without end when stretched. E is exact
+ *     for the material on any triangles; what is left is the error of linear elements.
+ *   - The last is a plate of Poisson's ratio -1/3 on equilateral triangles, something else on
+ *     others. L is that of [Onate and Zarate 2000], or of mid-edge normals [Grinspun et al. 2006]
+ *     put halfway between those of the triangles; exact for constant curvature on equilateral
+ *     triangles, right on the average on any. What it does at the border is our own: turns are free
+ *     there (shell_make.c).
  * Frequencies over exact ones, nu = 0.3: the first six of a free square in its plane, then those of
- * bending, free and supported, 16 x 16 cells, and of a strip of 8 x 64 held at one end; in brackets by
- * the printed energy, calibrated as above (test_bake_shell_plates):
+ * bending, free and supported, 16 x 16 cells, and of a strip of 8 x 64 held at one end; in brackets
+ * by the printed energy, calibrated as above (test_bake_shell_plates):
  *                    in the plane                  bending, squares             bending, strip
  *   equilateral      1.00..1.00 (0.99..1.02)   0.97..1.00 (0.97..1.35)   0.98..0.98 (0.98..1.23)
  *   one diagonal     1.00..1.01 (0.65..1.02)   0.96..0.99 (1.02..1.45)   0.98..0.99 (0.94..1.65)
  *   irregular        1.00..1.00 (0.96..1.00)   1.00..1.04 (0.99..1.38)   1.00..1.01 (1.00..1.25)
  *   chessboard       1.00..1.01 (0.82..1.15)   0.97..1.43 (0.89..1.39)   0.99..1.42 (0.93..1.48)
- * Bending of irregular meshes stays some percent too stiff however fine they are (rough ones up to 10).
- * Diagonals that change like the squares of a chessboard are far too stiff in twisting: the trace of L,
- * which should be 0, is 2 and -2 times the twist by turns. Where triangles fold flat onto each other, turn
- * goes from pi to -pi and V jumps.
+ * Bending of irregular meshes stays some percent too stiff however fine they are (rough ones up to
+ * 10). Diagonals that change like the squares of a chessboard are far too stiff in twisting: the
+ * trace of L, which should be 0, is 2 and -2 times the twist by turns. Where triangles fold flat
+ * onto each other, turn goes from pi to -pi and V jumps.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "shell_angle.h"
 #include "shell_parts.h"

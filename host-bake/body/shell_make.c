@@ -1,7 +1,7 @@
 /* Shells: from triangles at rest to what their energy needs of them.
  *   l_i, d_ij       sides of a triangle, opposite to corner i: length, product of sides i and j
- *   bend   3 x 3    D/(4 A) (nu l_i l_j + (1 - nu) d_ij^2/(l_i l_j)): the energy in shell.c, written in
- *                   the angles; without the border's rows and columns (see unbend)
+ *   bend   3 x 3    D/(4 A) (nu l_i l_j + (1 - nu) d_ij^2/(l_i l_j)): the energy in shell.c,
+ *                   written in the angles; without the border's rows and columns (see unbend)
  * Source: the energy is shell.c's; this form of it is our own.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "shell_angle.h"
@@ -102,17 +102,18 @@ static void make_hinge(const body *b, shell *s, const half_edge side[2])
     hinge->angle = shell_angle(at);
 }
 
-/* A hinge's angle is signed by the order of its vertices; times this, 1 or -1, by the triangle's own
- * winding: its three angles have one sign where it bends one way. */
+/* A hinge's angle is signed by the order of its vertices; times this, 1 or -1, by the triangle's
+ * own winding: its three angles have one sign where it bends one way. */
 static int hinge_sign(const shell_hinge *hinge, const int corner[3], int i)
 {
     int forward = corner[(i + 1) % 3] == hinge->v[0], first = corner[i] == hinge->v[2];
     return forward == first ? 1 : -1;
 }
 
-/* Minimises over the angle at side i: the border turns as it likes, as no moment acts on it. Without
- * this a border's triangle would take curvature across it for a part of what it is. A second pivot that
- * is rounding, of borders that are nearly parallel, has a column that is rounding too. */
+/* Minimises over the angle at side i: the border turns as it likes, as no moment acts on it.
+ * Without this a border's triangle would take curvature across it for a part of what it is. A
+ * second pivot that is rounding, of borders that are nearly parallel, has a column that is rounding
+ * too. */
 static void unbend(double bend[3][3], int i)
 {
     double pivot = bend[i][i], column[3] = {bend[0][i], bend[1][i], bend[2][i]};

@@ -3,9 +3,9 @@
 # the test vectors of tests/test_bake_shell.c.
 #   command   python3 tests/reference/shell_oracle.py > tests/vectors/shell_oracle.csv
 #   needs     mpmath
-# Source: the energy of host-bake/body/shell.c, derived anew: strains from squared lengths of sides, each
-# triangle's change of curvature in a frame of its own with the border's angles found by minimising,
-# angles between the heights of two triangles, measured in a frame about the edge.
+# Source: the energy of host-bake/body/shell.c, derived anew: strains from squared lengths of sides,
+# each triangle's change of curvature in a frame of its own with the border's angles found by
+# minimising, angles between the heights of two triangles, measured in a frame about the edge.
 # Derivatives are central differences with step 1e-25 in 90 digits: exact to some 45 digits.
 # SPDX-License-Identifier: AGPL-3.0-or-later
 import itertools
