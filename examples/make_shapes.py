@@ -90,71 +90,82 @@ def off(name, axes, height):
     return [tuple(round(scale * (v[k] - origin[k]), 3) for k in range(3)) for v in vertices], triangles
 
 
-def simplify(vertices, triangles, count):
-    """Collapses edges of a closed surface until `count` vertices are left, those first that move it least
+def cross(p, q, r):
+    a, b = [q[k] - p[k] for k in range(3)], [r[k] - p[k] for k in range(3)]
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+class Simplified:
+    """A closed surface whose edges collapse until `count` vertices are left, those first that move it least
     [Garland, Heckbert 1997]: the error of a vertex is the sum of squared distances from the planes of all
-    triangles that it stands for, weighted with their area."""
-    at, around = dict(enumerate(vertices)), {v: set() for v in range(len(vertices))}
-    error, heap = {v: [0] * 10 for v in at}, []
+    triangles that it stands for, weighted with their areas."""
 
-    def normal(corners):
-        p, q, r = corners
-        a, b = [q[k] - p[k] for k in range(3)], [r[k] - p[k] for k in range(3)]
-        return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    def __init__(self, vertices, triangles, count):
+        self.at = dict(enumerate(vertices))
+        self.around = {v: set() for v in self.at}  # triangles
+        self.error, self.heap = {v: [0] * 10 for v in self.at}, []
+        for t in map(tuple, triangles):
+            n = cross(*(vertices[v] for v in t))
+            size = dot(n, n) ** 0.5
+            plane = [x / size for x in n] + [-dot(n, vertices[t[0]]) / size]
+            for v in t:
+                self.around[v].add(t)
+                self.error[v] = [e + size * plane[i] * plane[j] for e, (i, j) in zip(self.error[v], PAIRS)]
+        for a in self.at:
+            for b in self.neighbours(a):
+                if a < b:
+                    self.push(a, b)
+        while len(self.at) > count and self.heap:
+            self.pop()
 
-    def distance(e, p):
-        h = (*p, 1)
-        return sum(e[k] * h[i] * h[j] * (1 if i == j else 2) for k, (i, j) in enumerate(PAIRS))
+    def neighbours(self, v):
+        return {w for t in self.around[v] for w in t} - {v}
 
-    def neighbours(v):
-        return {w for t in around[v] for w in t} - {v}
+    def push(self, a, b):
+        def cost(p):
+            h = (*p, 1)
+            return sum(e * h[i] * h[j] * (1 if i == j else 2) for e, (i, j) in zip(both, PAIRS))
 
-    def push(a, b):
-        e = [x + y for x, y in zip(error[a], error[b])]
-        middle = tuple((x + y) / 2 for x, y in zip(at[a], at[b]))
-        cost, p = min((distance(e, p), p) for p in (at[a], at[b], middle))
-        heapq.heappush(heap, (cost, a, b, at[a], at[b], p))
+        both = [x + y for x, y in zip(self.error[a], self.error[b])]
+        middle = tuple((x + y) / 2 for x, y in zip(self.at[a], self.at[b]))
+        least, p = min((cost(p), p) for p in (self.at[a], self.at[b], middle))
+        heapq.heappush(self.heap, (least, a, b, self.at[a], self.at[b], p))
 
-    def folds(a, b, p):
+    def folds(self, a, b, p):
+        """Whether a triangle would turn by more than 70 degrees."""
         for v in (a, b):
-            for t in around[v]:
-                if a in t and b in t:
-                    continue
-                n, m = (normal([at[w] if w != v else q for w in t]) for q in (at[v], p))
-                if sum(x * y for x, y in zip(n, m)) < 0.3 * (sum(x * x for x in n) *
-                                                            sum(x * x for x in m)) ** 0.5:
-                    return True
+            for t in self.around[v]:
+                if not {a, b} <= set(t):
+                    n, m = (cross(*(self.at[w] if w != v else q for w in t)) for q in (self.at[v], p))
+                    if dot(n, m) < 0.3 * (dot(n, n) * dot(m, m)) ** 0.5:
+                        return True
         return False
 
-    for t in map(tuple, triangles):
-        n = normal([vertices[v] for v in t])
-        size = sum(x * x for x in n) ** 0.5
-        plane = [x / size for x in n] + [-sum(x * y for x, y in zip(n, vertices[t[0]])) / size]
-        for v in t:
-            around[v].add(t)
-            error[v] = [e + size * plane[i] * plane[j] for e, (i, j) in zip(error[v], PAIRS)]
-    for a in at:
-        for b in neighbours(a):
-            if a < b:
-                push(a, b)
-    while len(at) > count and heap:
-        _, a, b, was_a, was_b, p = heapq.heappop(heap)
-        if at.get(a) != was_a or at.get(b) != was_b or \
-                len(neighbours(a) & neighbours(b)) != 2 or folds(a, b, p):
-            continue
-        for t in list(around[b]):
+    def pop(self):
+        _, a, b, was_a, was_b, p = heapq.heappop(self.heap)
+        if self.at.get(a) != was_a or self.at.get(b) != was_b or \
+                len(self.neighbours(a) & self.neighbours(b)) != 2 or self.folds(a, b, p):
+            return  # of a surface that was another, or not a collapse that leaves a surface
+        for t in list(self.around[b]):
             for v in t:
-                around[v].discard(t)
+                self.around[v].discard(t)
             if a not in t:
                 t = tuple(a if v == b else v for v in t)
                 for v in t:
-                    around[v].add(t)
-        at[a], error[a] = p, [x + y for x, y in zip(error[a], error[b])]
-        del at[b], around[b], error[b]
-        for v in neighbours(a):
-            push(min(a, v), max(a, v))
-    index = {v: i for i, v in enumerate(at)}
-    return list(at.values()), sorted({tuple(index[v] for v in t) for s in around.values() for t in s})
+                    self.around[v].add(t)
+        self.at[a], self.error[a] = p, [x + y for x, y in zip(self.error[a], self.error[b])]
+        del self.at[b], self.around[b], self.error[b]
+        for v in self.neighbours(a):
+            self.push(min(a, v), max(a, v))
+
+    def mesh(self):
+        index = {v: i for i, v in enumerate(self.at)}
+        triangles = {tuple(index[v] for v in t) for s in self.around.values() for t in s}
+        return list(self.at.values()), sorted(triangles)
 
 
 def capsule(p, a, b, radius):
@@ -200,7 +211,7 @@ def net(distance, low, high, cell):
             square = [n, n - i, n - i - j, n - j]
             for c in square:
                 vertices.setdefault(c, []).append(cut)
-            squares.append(square[::-1] if value[n] < 0 else square)
+            squares.append(square if value[n] < 0 else square[::-1])
     index = {c: i for i, c in enumerate(vertices)}
     triangles = []
     for square in squares:
@@ -212,9 +223,9 @@ def net(distance, low, high, cell):
 def main():
     write("block/block.obj", *box((30, 100, 30), (5, 20, 5)), "A block of 30 x 100 x 30")
     write("cloth/cloth.obj", *sheet(160, 120, 24), "A sheet of 160 x 120")
-    write("bug/bug.obj", *simplify(*net(bug, (-42, -6, -42), (60, 78, 42), 1.6), 900), "A bug")
+    write("bug/bug.obj", *Simplified(*net(bug, (-42, -6, -42), (60, 78, 42), 2), 900).mesh(), "A bug")
     write("cactus/cactus.obj", *off("cactus", (1, 2, 3), 100), "cactus.off of CGAL's data, turned and scaled")
-    write("walk/dino.obj", *simplify(*off("dino", (-2, 3, -1), 100), 1000),
+    write("walk/dino.obj", *Simplified(*off("dino", (-2, 3, -1), 100), 1000).mesh(),
           "dino.off of CGAL's data, turned, scaled and simplified")
 
 

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "command.h"
 
+#include <cblas.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -51,6 +52,7 @@ int main(int argc, char **argv)
                     {"play", command_play},
                     {"view", command_view}};
     bake_error error = {""};
+    openblas_set_num_threads(1); /* sums of several threads have no fixed order */
     if (argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0 ||
                      strcmp(argv[1], "help") == 0)) {
         fputs(HELP, stdout);

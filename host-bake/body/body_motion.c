@@ -231,7 +231,7 @@ int body_clip_make(body_work *w, int clip, body_clip *out, bake_error *error)
     }
     out->rate =
         w->s->tick_rate > 0 ? w->s->tick_rate : fmax(1, fmin(1000, floor(TICKS_MAX / duration)));
-    out->to = floor(end * out->rate + 0.5) / out->rate;
+    out->to = floor((out->loops ? duration : end) * out->rate + 0.5) / out->rate;
     for (int i = 0; i < from->action_count; i++) {
         if (from->actions[i].body == w->index && make_run(w, out, i, error) < 0) {
             return -1;
@@ -304,34 +304,50 @@ void body_clip_eval(const body_work *w, const body_clip *c, double t, double *x)
 
 /* ---- times ------------------------------------------------------------------------------------ */
 
-static int is_border(const body_clip *c, double t)
+/* How far a tick is from where the nearest action begins or ends. */
+static int border_distance(const body_clip *c, int tick)
 {
+    double least = HUGE_VAL;
     for (int i = 0; i < c->count; i++) {
-        if (fabs(c->run[i].m.from - t) < 0.5 / c->rate ||
-            fabs(c->run[i].m.to - t) < 0.5 / c->rate) {
-            return 1;
-        }
+        least = fmin(least, fabs(c->run[i].m.from * c->rate - tick));
+        least = fmin(least, fabs(c->run[i].m.to * c->rate - tick));
     }
-    return 0;
+    return (int)floor(fmin(least, TICKS_MAX) + 0.5);
 }
 
-/* Every tick that is a multiple of the step, and those where an action begins or ends. */
-void body_clip_times(const body_clip *c, double step, body_times *out)
+/* A loop whose end does not join its start: the jump is in the last tick. */
+static int has_seam(const body_clip *c)
+{
+    int joins = 1;
+    for (int i = 0; i < c->count; i++) {
+        joins = joins && c->run[i].m.periodic;
+    }
+    return c->loops && !joins;
+}
+
+/* Ticks apart: towards borders, where what is damped most decays, an eighth of what it is elsewhere. */
+static int spacing(int every, int distance, int finer)
+{
+    int part = !finer || distance >= 4 * every ? 1 : distance >= 2 * every ? 2 : 4;
+    part *= part == 4 && distance < every ? 2 : 1;
+    return every / part < 1 ? 1 : every / part;
+}
+
+void body_clip_times(const body_clip *c, double step, int finer, body_times *out)
 {
     int ticks = (int)floor(c->to * c->rate + 0.5), every = (int)floor(step * c->rate + 0.5);
+    int seam = has_seam(c) ? ticks - 1 : -1;
     every = every < 1 ? 1 : every;
     out->count = 0;
     out->time = bake_alloc((size_t)ticks + 3, sizeof *out->time);
     out->kink = bake_alloc((size_t)ticks + 3, 1);
     for (int i = 0; i <= ticks; i++) {
-        double t = i / c->rate;
-        int border = is_border(c, t), near = 0;
-        for (int j = i - every / 3; j <= i + every / 3 && !border; j++) {
-            near |= is_border(c, j / c->rate);
-        }
-        if ((i % every == 0 && !near) || border || i == ticks) {
+        int apart = border_distance(c, i), border = apart == 0 || i == seam;
+        int own = spacing(every, apart, finer), least = seam < 0 ? apart : abs(seam - i);
+        least = least < apart ? least : apart;
+        if ((i % own == 0 && least > own / 3) || border || i == ticks) {
             out->kink[out->count] = (char)(border && i > 0 && i < ticks);
-            out->time[out->count++] = t;
+            out->time[out->count++] = i / c->rate;
         }
     }
     if (c->loops && out->count > 1) {

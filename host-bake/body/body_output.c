@@ -180,7 +180,7 @@ void body_outputs(const body_work *w, const body_clip *c, scene *s)
         for (double step = STEP_MOST; step >= STEP_LEAST; step /= 2) {
             free(value);
             body_times_free(&times);
-            body_clip_times(c, step, &times);
+            body_clip_times(c, step, 0, &times);
             value = bake_alloc((size_t)times.count, sizeof *value);
             sample(w, o, c, &times, value);
             if (rough(&times, value) <= limit_of(w, o, &times, value)) {

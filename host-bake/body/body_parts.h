@@ -143,13 +143,14 @@ int body_waves(body_work *w, const body_clip *clips, int count, shape_given *out
 /* What may be seen of a motion's errors [scene units]: the least tolerance of the body's meshes. */
 double body_tolerance(const body_work *w);
 
-/* Times at which a clip is looked at [s], about `step` apart, and where velocities jump. */
+/* Times at which a clip is looked at [s], and where velocities jump: ticks that are multiples of the step, and
+ * those where an action begins or ends. finer: less far apart near these. */
 typedef struct {
     int count; /* time has one more: where a loop begins again */
     double *time;
     char *kink;
 } body_times;
-void body_clip_times(const body_clip *c, double step, body_times *out);
+void body_clip_times(const body_clip *c, double step, int finer, body_times *out);
 void body_times_free(body_times *t);
 
 /* body_output.c: curves of the scene's channels in one clip. */

@@ -91,11 +91,18 @@ static double between(const body_work *w, const body_target *target, const body_
     return worst / 10;
 }
 
-static double choose_step(const body_work *w, const body_clip *c)
+/* For all clips; bases need no more frames than before it was halved. */
+static double choose_step(const body_work *w, const body_clip *clips, int count)
 {
     double step = STEP_MOST, limit = BETWEEN * body_tolerance(w);
-    while (step > STEP_LEAST && between(w, &w->target[0], c, step) > limit) {
-        step /= 2;
+    for (int i = 0; i < count; i++) {
+        while (clips[i].count > 0 && !clips[i].adds && step > STEP_LEAST &&
+               between(w, &w->target[0], &clips[i], step) > limit) {
+            step /= 2;
+            for (int k = 0; k < w->target_count; k++) {
+                w->target[k].m->every *= 2;
+            }
+        }
     }
     return step;
 }
@@ -116,12 +123,13 @@ static mesh_frames *add_frames(mesh *m, int clip, const body_times *times)
     return f;
 }
 
-static int show_clip(const body_work *w, const body_clip *c, double step, bake_error *error)
+static int show_clip(const body_work *w, const body_clip *c, double step, int kinks,
+                     bake_error *error)
 {
     body_times times;
     double *x = bake_alloc((size_t)w->n, sizeof *x);
     int err = 0;
-    body_clip_times(c, step > 0 ? step : choose_step(w, c), &times);
+    body_clip_times(c, step, kinks, &times);
     for (int i = 0; i < w->target_count && err == 0; i++) {
         mesh *m = &w->target[i].m->mesh;
         if ((double)times.count * m->vertex_count > PLACES_MAX) {
@@ -144,11 +152,14 @@ static int show_clip(const body_work *w, const body_clip *c, double step, bake_e
 
 int body_show(body_work *w, const body_clip *clips, int count, double step, bake_error *error)
 {
-    int err = 0;
+    int err = 0, kinks = step <= 0;
     body_progress(w, "frames");
+    if (step <= 0 && w->target_count > 0) {
+        step = choose_step(w, clips, count);
+    }
     for (int i = 0; i < count && err == 0 && w->target_count > 0; i++) {
         if (clips[i].count > 0 && !clips[i].adds) {
-            err = show_clip(w, &clips[i], step, error);
+            err = show_clip(w, &clips[i], step, kinks, error);
         }
     }
     for (int i = 0; i < w->target_count && err == 0; i++) {

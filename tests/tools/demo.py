@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The whole path on the examples: baked, played here and on emulated boards, and measured at the
-far end: the servo bus of a Cortex-M4 (nod, puppet), the displays of a Cortex-M3 (faerie, face) and
-of a Cortex-M4 (morph).
+far end: the servo bus of a Cortex-M4 (nod, puppet, rod), the displays of a Cortex-M3 (faerie, face,
+cactus) and of a Cortex-M4 (morph); the other examples of bodies as contact sheets.
 
     demo.py [NAME...]        all of them
 
@@ -37,7 +37,8 @@ FRAME_US = 20000
 # single frames.
 EXAMPLES = {"nod": (["nod", "jaw", "lid_left", "ear_left", "antenna_left"], (2.6, 3.4)),
             "puppet": (["elbow_right", "shoulder_left", "knee_left", "hip_left", "spine"],
-                       (2.9, 3.7))}
+                       (2.9, 3.7)),
+            "rod": (["shoulder", "elbow", "wrist", "finger"], (1.2, 2.0))}
 
 # Bounds in steps of a servo (1/4 us; 1/4096 turn). The firmware rounds to the nearest step after it
 # rounded the map down to 1/256 step.
@@ -279,7 +280,8 @@ def measure_screens(screens):
 
 def main(names):
     examples = [Example(name) for name in names if name in EXAMPLES]
-    screens = [demo_screen.Screen(name) for name in names if name in demo_screen.SHOWS]
+    screens = [demo_screen.Screen(name) for name in names if name in demo_screen.SHOWS] + \
+        [demo_screen.Sheet(name) for name in names if name in demo_screen.SHEETS]
     try:
         for example in examples:
             example.start()
@@ -295,7 +297,7 @@ def main(names):
 
 
 if __name__ == "__main__":
-    known = [*EXAMPLES, *demo_screen.SHOWS]
+    known = list(dict.fromkeys([*EXAMPLES, *demo_screen.SHOWS, *demo_screen.SHEETS]))
     if not set(sys.argv[1:]) <= set(known):
         sys.exit("usage: demo.py [" + "|".join(known) + "]...")
     try:

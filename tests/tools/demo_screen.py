@@ -3,6 +3,8 @@
 emulated board, and screendumps at several moments are compared with `wiggly play` on this machine,
 dot for dot.
 
+The other examples of bodies are baked and made into contact sheets.
+
 Left in build/demo/NAME: the clip, certificate.json, sheet.png (the whole show, in colour),
 board_*.elf and .ppm (the firmware up to a moment, what QEMU's display then showed), oled.png (the
 same, arranged), oled.gif (the show, a picture every 60 ms).
@@ -36,10 +38,60 @@ SHOWS = {
     "faerie": Show("lm3s6965evb", "grey OLED of 128 x 64", 9,
                    (1.0, 4.9, 6.0, 7.3, 7.7, 8.1, 8.5, 8.9), {}, {}),
     "face": Show("lm3s6965evb", "grey OLED of 128 x 64", 4, (0.0, 0.5, 1.0, 1.5, 2.0, 3.0), {}, {}),
+    "cactus": Show("lm3s6965evb", "grey OLED of 128 x 64", 4.8,
+                   (0.2, 0.6, 0.9, 2.6, 2.8, 3.2), {}, {}),
     # 16 lines are too few for dots to look like greys
     "morph": Show("mps2-an386-ssd0303", "black and white OLED of 96 x 16", 4.2,
                   (0.0, 0.5, 0.9, 1.3, 1.7, 2.2), {"shading": "wireframe"},
                   {"colour": [255, 255, 255]})}
+# examples of which contact sheets are made: size of a picture
+SHEETS = {"rod": "160x160", "luxo": "256x128", "block": "160x160", "cloth": "160x160",
+          "walk": "160x160", "bug": "160x160"}
+
+
+class Sheet(Directory):
+    """A contact sheet a clip of a scene, side by side in sheet.png."""
+
+    def __init__(self, name):
+        super().__init__(name)
+        self.name = name
+
+    def measure(self):
+        scene, clip = f"examples/{self.name}/{self.name}.yaml", self.path(self.name + ".wgl")
+        run(["build/wiggly", "bake", scene, "-o", clip, "--quiet", "--json",
+             self.path("certificate.json")])
+        with open(self.path("certificate.json")) as f:
+            self.certificate = json.load(f)
+        with open(os.path.join(ROOT, scene)) as f:
+            self.clips = [c["name"] for c in yaml.safe_load(f)["clips"]]
+        sheets = []
+        for name in self.clips:
+            sheets.append(self.path(f"sheet_{name}.png"))
+            run(["build/wiggly", "play", clip, "--clip", name, "--size", SHEETS[self.name],
+                 "--png", sheets[-1]])
+        self.arrange([Image.open(sheet).convert("RGB") for sheet in sheets])
+        return True
+
+    def arrange(self, sheets):
+        for k, sheet in enumerate(sheets):
+            if all(low == high for low, high in sheet.getextrema()):
+                raise Failure(f"{self.name}: the sheet of {self.clips[k]} is empty")
+        if len({sheet.tobytes() for sheet in sheets}) < len(sheets):
+            raise Failure(f"{self.name}: two clips look the same")
+        widths = [sheet.width + GAP for sheet in sheets]
+        both = Image.new("RGB", (sum(widths), LABEL + max(s.height for s in sheets)), PAPER)
+        for k, sheet in enumerate(sheets):
+            ImageDraw.Draw(both).text((sum(widths[:k]) + GAP, 3), self.clips[k], fill=INK)
+            both.paste(sheet, (sum(widths[:k]), LABEL))
+        both.save(self.path("sheet.png"))
+
+    def table(self):
+        return []
+
+    def last_line(self):
+        m = self.certificate["meshes"][0]
+        return f"{self.name}: {self.certificate['bytes']} bytes, {len(self.clips)} clips, " \
+            f"posed error {m['error_max']:.3g} <= {m['tolerance']:.3g}"
 
 
 class Screen(Directory):
