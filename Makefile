@@ -60,7 +60,8 @@ build/bake/host-bake/bridge/%.o: host-bake/bridge/%.cpp
 build/libbake.a: $(filter-out %/main.o,$(BAKE))
 	rm -f $@; ar rcs $@ $^
 build/wiggly: build/bake/host-bake/main.o build/libbake.a build/host/libdevice.a build/host/libplayer.a
-	gcc -o $@ $^ $(BAKE_LIBS)
+	gcc -o $@.new $^ $(BAKE_LIBS)
+	@mv $@.new $@ # whoever runs it meanwhile runs the old one
 
 # ---- tests --------------------------------------------------------------------------------------
 build/tests/test_bake_%: tests/test_bake_%.c build/libbake.a build/host/libdevice.a build/host/libplayer.a

@@ -2,6 +2,7 @@
  * Source: own.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "certify_parts.h"
+#include "shapes.h"
 
 #include <math.h>
 
@@ -18,7 +19,7 @@ static void clip_ends(const author_clip *a, int curve, double first[4], double l
 /* A jump of value counts when the tolerance does not hide it; one of velocity when the motion is
  * off by more than the tolerance a frame later. Held curves jump at every key and linear ones bend,
  * so that is what their author wants at the seam too. */
-static void warn_seam(const build *b, int clip, int curve, FILE *to)
+static int warn_seam(const build *b, int clip, int curve, FILE *to)
 {
     const scene_clip *s = &b->scene->clips[clip];
     const scene_curve *c = &s->curves[curve];
@@ -30,7 +31,7 @@ static void warn_seam(const build *b, int clip, int curve, FILE *to)
     int kicks = c->kind != CURVE_HELD && c->kind != CURVE_LINEAR &&
                 fabs(kick) * CERTIFY_FRAME_US * 1e-6 > tolerance;
     if (!jumps && !kicks) {
-        return;
+        return 0;
     }
     const char *unit = unit_name(channel->unit);
     fprintf(to, "%s:%d: warning: clip %s, channel %s: where the loop begins again", b->scene->path,
@@ -46,6 +47,7 @@ static void warn_seam(const build *b, int clip, int curve, FILE *to)
             : c->kind == CURVE_LINEAR ? "let the last key repeat the first at the clip's end"
                                       : "let the last key repeat the first at the clip's end and "
                                         "set periodic: true");
+    return 1;
 }
 
 static const char *clip_word(const certificate_servo *row)
@@ -92,8 +94,11 @@ void certificate_warn(const build *b, const certificate *c, FILE *to)
 {
     const scene *s = b->scene;
     for (int i = 0; i < s->clip_count; i++) {
-        for (int j = 0; j < s->clips[i].curve_count && s->clips[i].end == (int)WG_END_LOOP; j++) {
-            warn_seam(b, i, j, to);
+        const scene_clip *clip = &s->clips[i];
+        int made = 0; /* the modes of a body jump together: one of them says so */
+        for (int j = 0; j < clip->curve_count && clip->end == (int)WG_END_LOOP && !made; j++) {
+            int own = !b->shapes || clip->curves[j].channel < b->shapes->channel_first;
+            made = warn_seam(b, i, j, to) && !own;
         }
     }
     for (int i = 0; i < s->servo_count; i++) {

@@ -189,11 +189,17 @@ static int append_cubic(const fit_problem *p, int first, int last, bake_track *t
     add_rests(p, first, last, &k);
     double e = append_knots(p, &k, 0, k.count - 1, track);
     fit_knots_free(&k);
+    double time = p->curve->segment[first].t0;
     return e == 0 ? 0
-                  : bake_fail(
-                        error,
-                        "16-bit knots reach %.3g after %.3f s but the tolerance is %.3g: raise it",
-                        e, p->curve->segment[first].t0, p->tolerance);
+           : isinf(e)
+               ? bake_fail(error,
+                           "after %.3f s the curve goes too far within a tick: give it more time, "
+                           "or raise the tick_rate (now %d a second)",
+                           time, p->rate)
+               : bake_fail(
+                     error,
+                     "16-bit knots reach %.3g after %.3f s but the tolerance is %.3g: raise it", e,
+                     time, p->tolerance);
 }
 
 /* Waves and cubics along `way`. */

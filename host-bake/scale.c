@@ -29,15 +29,26 @@ typedef struct {
     double lo, hi, clips, mixed, width, largest, constant;
 } reach;
 
+static void look(const bake_segment *s, double share, double *lo, double *hi)
+{
+    double out[4];
+    bake_segment_eval(s, s->t0 + (s->t1 - s->t0) * share, out);
+    *lo = fmin(*lo, out[0]);
+    *hi = fmax(*hi, out[0]);
+}
+
+/* Places in every half period, and ever nearer to both ends, where damped motion is over soon. */
 static void widen(const bake_curve *curve, double *lo, double *hi)
 {
     for (int i = 0; i < curve->count; i++) {
         const bake_segment *s = &curve->segment[i];
-        for (int j = 0; j <= 64; j++) {
-            double out[4];
-            bake_segment_eval(s, s->t0 + (s->t1 - s->t0) * j / 64, out);
-            *lo = fmin(*lo, out[0]);
-            *hi = fmax(*hi, out[0]);
+        int places = (int)fmin(4096, fmax(64, 4 * s->b * (s->t1 - s->t0)));
+        for (int j = 0; j <= places; j++) {
+            look(s, (double)j / places, lo, hi);
+        }
+        for (double share = 1.0 / 96; share > 1e-6; share *= 0.75) {
+            look(s, share, lo, hi);
+            look(s, 1 - share, lo, hi);
         }
     }
 }

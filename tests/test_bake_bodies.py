@@ -104,8 +104,8 @@ def clip(*actions, **more):
     return dict({"name": "c", "bodies": list(actions)}, **more)
 
 
-def scene_of(body, clips, **more):
-    mesh = {"name": "rag", "tolerance": TOLERANCE}
+def scene_of(body, clips, tolerance=TOLERANCE, **more):
+    mesh = {"name": "rag", "tolerance": tolerance}
     if body["kind"] == "shell":
         mesh["file"] = "rest.obj"
     return dict({"name": "t", "meshes": [mesh], "bodies": [body], "clips": clips}, **more)
@@ -120,6 +120,7 @@ class Baked:
         cli.expect(cli.DONE, cli.bake("t", "--quiet", "--json=" + cli.path("t.json")))
         self.report = json.loads(cli.read("t.json"))["bodies"][0]
         self.shown = pca_oracle.Shown(cli.path("t.wgl"))
+        self.tolerance = scene["meshes"][0]["tolerance"]
         self.scene, self.oracle = scene, body_scene.Body(scene, folder=cli.folder)
 
     def values(self, c, t, over=None):
@@ -150,12 +151,12 @@ class Baked:
         doubt = np.linalg.norm(rough - want, axis=2).max()
         got = np.stack([self.shown.at(self.values(c, t, over)) for t in times])
         far, one, _ = pca_oracle.matched(got, want)
-        assert doubt <= TOLERANCE / 20, doubt
-        limit = TOLERANCE * (BETWEEN if over is None else 2 * BETWEEN)  # each clip has its own
+        assert doubt <= self.tolerance / 20, doubt
+        limit = self.tolerance * (BETWEEN if over is None else 2 * BETWEEN)  # each clip has its own
         assert far.max() <= limit + doubt, (c, far.max())
         assert one or self.oracle.chain  # bars of a chain share corners
         moved = np.linalg.norm(want - self.oracle.surface(self.oracle.rest), axis=2).max()
-        assert moved >= 40 * TOLERANCE, moved
+        assert moved >= 40 * self.tolerance, moved
         return want
 
     def says(self, c=0):
@@ -181,7 +182,7 @@ class Baked:
             want = np.array([self.oracle.output(o, y) for y in x])
             off = abs(got - want).max()
             assert off <= self.scene["channels"][i]["tolerance"] * BETWEEN, (o, off)
-            assert np.ptp(want) > 1, o
+            assert np.ptp(want) > 0.2, o
 
 
 def agrees(body, *clips, **more):
@@ -260,8 +261,12 @@ def gravity_pulls_what_is_held():
     body = rag(gravity=[0, -2, -4], fixed=["left"], material=dict(MATERIAL, young="200 kPa"))
     keys = key(0, "rest"), key(0.2, "swung"), key(0.5, "rest")
     baked = agrees(body, clip(act(*keys, end="free")), clip(act(*keys, stiffness=2)))
-    assert baked.report["rigid"] == 0 and baked.report["residual"] <= 1e-8
-    np.testing.assert_allclose(baked.report["hertz"], baked.oracle.own_modes().hertz(), rtol=1e-7)
+    report, own, thing = baked.report, baked.oracle.own_modes(), baked.oracle.thing
+    # relative to the lowest eigenvalue, 64 roundings of a bound of the largest are allowed as well
+    S = thing.potential(thing.rest)[2] / np.sqrt(np.outer(*2 * [np.diag(thing.M)]))
+    limit = max(1e-8, 64 * 2.0 ** -52 * abs(S).sum(axis=0).max() / own.lam[0])
+    assert report["rigid"] == 0 and report["residual"] <= limit, (report, limit)
+    np.testing.assert_allclose(report["hertz"], own.hertz(), rtol=1e-7)
 
 
 def regions_are_fixed_and_slide():
@@ -348,18 +353,18 @@ def motions_follow_each_other():
 # ---- several points --------------------------------------------------------------------------------
 def blended_models_fade():
     agrees(rag(modes=2), clip(act(*THREE[:3], dynamics="blend")),
-           clip(act(*THREE, dynamics="blend", periodic=True), end="loop"))
+           clip(act(*THREE, dynamics="blend", periodic=True), end="loop"), tolerance=0.25)
 
 
 def coupled_models_meet_c2():
     agrees(rag(modes=2), clip(act(*THREE[:3], dynamics="couple", end="free")),
-           clip(act(*THREE, dynamics="couple", periodic=True), end="loop"))
+           clip(act(*THREE, dynamics="couple", periodic=True), end="loop"), tolerance=0.25)
 
 
 def coupled_models_take_velocities_at_keys():
     agrees(rag(modes=2, damping=[0, 0]),
            clip(act(key(0, "rest"), key(0.4, "arch", velocity=[0, 0, 40]), key(0.9, "twist"),
-                    dynamics="couple")))
+                    dynamics="couple")), tolerance=0.25)
 
 
 def several_models_feel_gravity():

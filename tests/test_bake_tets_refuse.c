@@ -143,11 +143,12 @@ static void damage(int kind)
     }
 }
 
-/* Every one is a mesh, or a message with a place; never the end of the process. */
+/* Every one is a mesh, or a message with a place; never the end of the process. Nor is TetGen's: with its own
+ * tolerance 27 in 4,000 of these made it abort. */
 static void damaged_surfaces_are_filled_or_refused(void)
 {
     int filled = 0, refused = 0;
-    for (int n = 0; n < 250; n++) {
+    for (int n = 0; n < 600; n++) {
         double place[3];
         make_sphere(5, 7);
         for (int i = 0; i <= n % 4; i++)
@@ -158,6 +159,7 @@ static void damaged_surfaces_are_filled_or_refused(void)
             drop();
         } else {
             CHECK(place_in(error.text, place) && strstr(error.text, "; ") != NULL);
+            CHECK(strstr(error.text, "crashes") == NULL);
             refused++;
         }
         if (!check_ok) {
@@ -165,7 +167,7 @@ static void damaged_surfaces_are_filled_or_refused(void)
             return;
         }
     }
-    CHECK(filled > 50 && refused > 100); /* both are tested */
+    CHECK(filled > 100 && refused > 300); /* both are tested */
 }
 
 static void soups_are_refused(void)

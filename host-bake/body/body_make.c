@@ -273,7 +273,13 @@ static int embed(body_work *w, body_target *target, bake_error *error)
     }
     target->at = bake_alloc((size_t)m->vertex_count, sizeof *target->at);
     int err = tets_embed(&w->b, at, m->vertex_count, target->at, &far, &inner);
-    free(at);
+    if (err == 0) { /* a point beside a shell keeps its distance; in a solid this is rounding */
+        body_surface_shift(w, target, w->rest, at);
+        for (size_t i = 0; i < rows; i++) {
+            at[i] = m->rest[i] - at[i];
+        }
+    }
+    target->apart = at;
     w->far = fmax(w->far, far / w->from->unit);
     return err == 0 ? 0 : body_fail(w, w->from->line, error, "%s", inner.text);
 }
@@ -346,6 +352,7 @@ void body_work_free(body_work *w)
     }
     for (int i = 0; i < w->target_count; i++) {
         free(w->target[i].at);
+        free(w->target[i].apart);
     }
     for (int i = 0; i < w->group_count; i++) {
         body_group_free(&w->group[i]);

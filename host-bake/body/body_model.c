@@ -354,6 +354,20 @@ static int load_model(cache_blob *blob, int d, linear_model *m)
            cache_take(blob, m->Phi, n * n * sizeof(double)) == 0;
 }
 
+static void forget(body_group *g)
+{
+    for (int i = 0; i < g->model_count && g->model; i++) {
+        linear_model_free(&g->model[i]);
+    }
+    free(g->model);
+    free(g->pose);
+    free(g->sp.V);
+    g->model = NULL;
+    g->pose = NULL;
+    g->sp.V = NULL;
+    g->model_count = g->sp.d = 0;
+}
+
 static int load(const cache_key *key, body_group *g)
 {
     cache_blob blob = {0};
@@ -373,6 +387,9 @@ static int load(const cache_key *key, body_group *g)
         }
     }
     free(blob.at);
+    if (!good) {
+        forget(g);
+    }
     return good;
 }
 
@@ -474,10 +491,6 @@ int body_group_of(body_work *w, const scene_action *a, bake_error *error)
 
 void body_group_free(body_group *g)
 {
+    forget(g);
     space_free(&g->sp);
-    for (int i = 0; i < g->model_count; i++) {
-        linear_model_free(&g->model[i]);
-    }
-    free(g->model);
-    free(g->pose);
 }

@@ -110,6 +110,18 @@ static void cut(modes *m, int k)
     m->count = m->count < most ? m->count : most;
 }
 
+/* For messages: the pose that x is. */
+static const scene_pose *pose_of(const body_work *w, const double *x)
+{
+    size_t size = (size_t)w->n * sizeof *x;
+    for (int i = 1; i < w->from->pose_count; i++) {
+        if (w->pose[i] && memcmp(w->pose[i], x, size) == 0) {
+            return &w->from->poses[i];
+        }
+    }
+    return &w->from->poses[0];
+}
+
 int body_modes(const body_work *w, const freedom *f, const double *x, int moved, modes *out,
                bake_error *error)
 {
@@ -119,7 +131,10 @@ int body_modes(const body_work *w, const freedom *f, const double *x, int moved,
         return 0;
     }
     if (f->count < 2) {
-        return body_fail(w, w->from->line, error, "everything is fixed: nothing can move");
+        return body_fail(w, w->from->line, error,
+                         "%s: free more of its vertices, or give it a smaller `cell`",
+                         f->count == 0 ? "everything is fixed, so that nothing can move"
+                                       : "one vertex alone can move, and in one direction only");
     }
     body_progress(w, "modes");
     body_blocks blocks = {0};
@@ -129,7 +144,9 @@ int body_modes(const body_work *w, const freedom *f, const double *x, int moved,
     }
     body_blocks_free(&blocks);
     if (err < 0) {
-        return body_fail(w, w->from->line, error, "its modes: %s", inner.text);
+        const scene_pose *pose = pose_of(w, x);
+        return body_fail(w, pose->line, error, "its modes in the pose '%s': %s", pose->name,
+                         inner.text);
     }
     cut(out, w->from->modes);
     store(&key, out);

@@ -83,6 +83,14 @@ static int make_key(body_work *w, const body_clip *c, body_run *r, int index, ba
         to->v = key_velocity(w, &g->sp, from, x);
         to->weight[1] = from->velocity_weight;
     }
+    if (index > 0 && !(to->time > to[-1].time)) {
+        return body_fail(
+            w, from->line, error,
+            "the keys at %g s and %g s fall into one tick of %.3g s: move them apart%s",
+            from[-1].time, from->time, 1 / c->rate,
+            w->s->tick_rate > 0 ? ", or raise `tick_rate`"
+                                : ", or shorten the clip: it has at most 65535 ticks");
+    }
     if (from->region >= 0) {
         partial_rows(w, &g->sp, from, x, to);
     }

@@ -16,27 +16,12 @@
 
 static const double DEGREE = 0.017453292519943295;
 
-static void centre_of(const body_work *w, const vertex_list *list, const double *x, double out[3])
-{
-    double mass = 0;
-    out[0] = out[1] = out[2] = 0;
-    for (int i = 0; i < list->count; i++) {
-        mass += w->b.mass[list->vertex[i]];
-        for (int k = 0; k < 3; k++) {
-            out[k] += w->b.mass[list->vertex[i]] * x[3 * list->vertex[i] + k];
-        }
-    }
-    for (int k = 0; k < 3; k++) {
-        out[k] /= mass;
-    }
-}
-
 static double shifted(const body_work *w, const scene_output *o, const double *x)
 {
     const vertex_list *list = body_region(w, o->region);
     double from[3], to[3], sum = 0;
-    centre_of(w, list, w->rest, from);
-    centre_of(w, list, x, to);
+    body_centre(w, list, w->rest, from);
+    body_centre(w, list, x, to);
     for (int k = 0; k < 3; k++) {
         sum += o->direction[k] * (to[k] - from[k]);
     }
@@ -50,8 +35,8 @@ static double turned(const body_work *w, const scene_output *o, const double *x)
     const vertex_list *list = body_region(w, o->region);
     double from[3], to[3], sine = 0, cosine = 0;
     const double *a = o->direction;
-    centre_of(w, list, w->rest, from);
-    centre_of(w, list, x, to);
+    body_centre(w, list, w->rest, from);
+    body_centre(w, list, x, to);
     for (int i = 0; i < list->count; i++) {
         double r[3], s[3], along_r = 0, along_s = 0, m = w->b.mass[list->vertex[i]];
         for (int k = 0; k < 3; k++) {

@@ -19,6 +19,8 @@ typedef struct {
 typedef struct {
     shape_mesh *m;
     embedding *at; /* mesh.vertex_count, NULL: its vertices are the body's first ones */
+    double *
+        apart; /* 3 mesh.vertex_count: how far each lies from there at rest [scene units]; or NULL */
 } body_target;
 
 typedef struct {
@@ -63,6 +65,9 @@ void body_work_free(body_work *w);
 
 /* Vertices of a region; -1: all. */
 const vertex_list *body_region(const body_work *w, int region);
+
+/* Centre of mass of some vertices at x. */
+void body_centre(const body_work *w, const vertex_list *list, const double *x, double out[3]);
 
 /* What holds a body, by these regions. */
 typedef struct {
@@ -129,7 +134,7 @@ const linear_model *body_group_model(const body_group *g, int pose);
 int body_clip_make(body_work *w, int clip, body_clip *out, bake_error *error);
 void body_clip_free(body_clip *c);
 
-/* x at t, n: what adds is added; all at rest outside. */
+/* x at t, n: what adds is added; before its first key and after its last a motion holds still. */
 void body_clip_eval(const body_work *w, const body_clip *c, double t, double *x);
 
 /* body_show.c: frames of the body's meshes in `count` clips, `step` seconds apart; 0: as near as the tolerance
@@ -156,7 +161,8 @@ void body_times_free(body_times *t);
 /* body_output.c: curves of the scene's channels in one clip. */
 void body_outputs(const body_work *w, const body_clip *c, scene *s);
 
-/* Positions of a mesh's vertices at x [scene units]. */
+/* Positions of a mesh's vertices at x [scene units]; of a displacement u of the body: theirs. */
+void body_surface_shift(const body_work *w, const body_target *target, const double *u, double *at);
 void body_surface(const body_work *w, const body_target *target, const double *x, double *at);
 
 /* chain_draw.c: bars for links: a mesh with its vertices at rest; then at any q. */

@@ -22,7 +22,7 @@ static void turn(const double axis[3], double angle, const double v[3], double o
     }
 }
 
-static void centre_of(const body_work *w, const vertex_list *list, const double *x, double out[3])
+void body_centre(const body_work *w, const vertex_list *list, const double *x, double out[3])
 {
     double mass = 0;
     out[0] = out[1] = out[2] = 0;
@@ -43,7 +43,7 @@ void body_shift(const body_work *w, const scene_shift *s, const double *x, doubl
 {
     const vertex_list *list = body_region(w, s->region);
     double centre[3], rate = s->angle * DEGREE;
-    centre_of(w, list, x, centre);
+    body_centre(w, list, x, centre);
     for (int i = 0; i < list->count; i++) {
         const double *at = x + 3 * list->vertex[i];
         for (int k = 0; k < 3; k++) {
@@ -59,26 +59,39 @@ void body_shift(const body_work *w, const scene_shift *s, const double *x, doubl
 
 /* Vertices and where they are put; what several drags name goes where the last one says. */
 typedef struct {
-    int count, *vertex;
+    int count, *vertex,
+        *place; /* place: of a vertex of the body in the list, counted from 1; 0: not in it */
     double *target;
 } puts;
 
+static puts puts_make(size_t vertices)
+{
+    return (puts){.vertex = bake_alloc(vertices, sizeof(int)),
+                  .place = bake_alloc(vertices, sizeof(int)),
+                  .target = bake_alloc(3 * vertices, sizeof(double))};
+}
+
+static void puts_free(puts *p)
+{
+    free(p->vertex);
+    free(p->place);
+    free(p->target);
+}
+
 static void put(puts *p, int vertex, const double target[3])
 {
-    int at = 0;
-    while (at < p->count && p->vertex[at] != vertex) {
-        at++;
+    if (p->place[vertex] == 0) {
+        p->vertex[p->count++] = vertex;
+        p->place[vertex] = p->count;
     }
-    p->count += at == p->count;
-    p->vertex[at] = vertex;
-    memcpy(p->target + 3 * at, target, 3 * sizeof *target);
+    memcpy(p->target + 3 * (p->place[vertex] - 1), target, 3 * sizeof *target);
 }
 
 static void put_drag(const body_work *w, const scene_shift *drag, const double *x, puts *p)
 {
     const vertex_list *list = body_region(w, drag->region);
     double centre[3];
-    centre_of(w, list, x, centre);
+    body_centre(w, list, x, centre);
     for (int i = 0; i < list->count; i++) {
         double arm[3], target[3];
         for (int k = 0; k < 3; k++) {
@@ -121,14 +134,12 @@ static int settle(const body_work *w, const scene_pose *pose, const puts *p, dou
 
 static int drag(const body_work *w, const scene_pose *pose, double *x, bake_error *error)
 {
-    size_t room = (size_t)w->b.vertex_count;
-    puts p = {0, bake_alloc(room, sizeof *p.vertex), bake_alloc(3 * room, sizeof *p.target)};
+    puts p = puts_make((size_t)w->b.vertex_count);
     for (int i = 0; i < pose->drag_count; i++) {
         put_drag(w, &pose->drags[i], x, &p);
     }
     int err = settle(w, pose, &p, x, error);
-    free(p.vertex);
-    free(p.target);
+    puts_free(&p);
     return err;
 }
 
@@ -137,11 +148,13 @@ static int take_file(const body_work *w, const scene_pose *pose, const double *a
                      bake_error *error)
 {
     int outer = w->target[0].m->mesh.vertex_count;
-    puts p = {outer, bake_alloc((size_t)outer, sizeof *p.vertex),
-              bake_alloc(3 * (size_t)outer, sizeof *p.target)};
-    for (int i = 0; i < 3 * outer; i++) {
-        p.vertex[i / 3] = i / 3;
-        p.target[i] = at[i] * w->from->unit;
+    puts p = puts_make((size_t)outer);
+    for (int i = 0; i < outer; i++) {
+        double target[3];
+        for (int k = 0; k < 3; k++) {
+            target[k] = at[3 * i + k] * w->from->unit;
+        }
+        put(&p, i, target);
     }
     int err = 0;
     if (outer == w->b.vertex_count) {
@@ -149,8 +162,7 @@ static int take_file(const body_work *w, const scene_pose *pose, const double *a
     } else {
         err = settle(w, pose, &p, x, error);
     }
-    free(p.vertex);
-    free(p.target);
+    puts_free(&p);
     return err;
 }
 
@@ -201,7 +213,7 @@ static int add_modes(body_work *w, const scene_pose *pose, double *x, bake_error
 static void place(const body_work *w, const scene_pose *pose, double *x)
 {
     double centre[3];
-    centre_of(w, body_region(w, -1), x, centre);
+    body_centre(w, body_region(w, -1), x, centre);
     for (int i = 0; i < w->b.vertex_count; i++) {
         double arm[3], at[3];
         for (int k = 0; k < 3; k++) {

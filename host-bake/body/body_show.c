@@ -5,6 +5,7 @@
 #include "body_parts.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,23 +17,27 @@
 /* Frames of one clip: 1.6 GB of doubles, as mesh_read.h has it. */
 #define PLACES_MAX 67108864.0
 
+void body_surface_shift(const body_work *w, const body_target *target, const double *u, double *at)
+{
+    for (int i = 0; i < 3 * target->m->mesh.vertex_count; i++) {
+        at[i] = target->at ? 0 : u[i]; /* its own mesh: the body's first vertices */
+        for (int k = 0; k < 4 && target->at; k++) {
+            const embedding *e = &target->at[i / 3];
+            at[i] += e->weight[k] * u[3 * e->vertex[k] + i % 3];
+        }
+        at[i] /= w->from->unit;
+    }
+}
+
 void body_surface(const body_work *w, const body_target *target, const double *x, double *at)
 {
-    int count = target->m->mesh.vertex_count;
     if (is_chain(w)) {
         chain_draw(w, x, at);
         return;
     }
-    for (int i = 0; i < 3 * count; i++) {
-        at[i] = x[i < w->n ? i : 0];
-        if (target->at) {
-            const embedding *e = &target->at[i / 3];
-            at[i] = 0;
-            for (int k = 0; k < 4; k++) {
-                at[i] += e->weight[k] * x[3 * e->vertex[k] + i % 3];
-            }
-        }
-        at[i] /= w->from->unit;
+    body_surface_shift(w, target, x, at);
+    for (int i = 0; i < 3 * target->m->mesh.vertex_count && target->apart; i++) {
+        at[i] += target->apart[i];
     }
 }
 
@@ -91,17 +96,36 @@ static double between(const body_work *w, const body_target *target, const body_
     return worst / 10;
 }
 
+/* Nothing else would say so: the certificate compares with the frames. */
+static void warn_fast(const body_work *w, const body_clip *c, double step, double off)
+{
+    fprintf(stderr,
+            "%s:%d: body %s: warning: clip %s: it swings faster than frames %.3g s apart can show: "
+            "between them it is off by about %.3g, the tolerance is %.3g; give it less stiffness, "
+            "fewer modes, more damping, or more time between poses\n",
+            w->s->path, c->run[0].from->line, w->from->name, w->s->clips[c->clip].name, step, off,
+            body_tolerance(w));
+}
+
 /* For all clips; bases need no more frames than before it was halved. */
 static double choose_step(const body_work *w, const body_clip *clips, int count)
 {
-    double step = STEP_MOST, limit = BETWEEN * body_tolerance(w);
+    double step = STEP_MOST, tolerance = body_tolerance(w), off;
     for (int i = 0; i < count; i++) {
-        while (clips[i].count > 0 && !clips[i].adds && step > STEP_LEAST &&
-               between(w, &w->target[0], &clips[i], step) > limit) {
+        double tick = clips[i].count > 0 ? 1 / clips[i].rate : 0, now = fmax(step, tick);
+        if (clips[i].count == 0 || clips[i].adds) {
+            continue;
+        }
+        while ((off = between(w, &w->target[0], &clips[i], now)) > BETWEEN * tolerance &&
+               step > fmax(STEP_LEAST, tick)) {
             step /= 2;
+            now = fmax(step, tick);
             for (int k = 0; k < w->target_count; k++) {
                 w->target[k].m->every *= 2;
             }
+        }
+        if (off > tolerance) {
+            warn_fast(w, &clips[i], now, off);
         }
     }
     return step;

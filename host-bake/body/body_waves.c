@@ -94,7 +94,7 @@ static void mode_shape(const body_work *w, const body_target *target, const wave
             u[i] += phi[j] * V[i];
         }
     }
-    body_surface(w, target, u, out);
+    body_surface_shift(w, target, u, out);
 }
 
 static void find_scale(const body_work *w, wave *v)

@@ -38,7 +38,9 @@ void cache_key_add(cache_key *key, const void *data, size_t size)
         mix(key, word);
     }
     word = 0;
-    memcpy(&word, from, size);
+    if (size > 0) { /* of nothing there may be no address */
+        memcpy(&word, from, size);
+    }
     mix(key, word);
 }
 

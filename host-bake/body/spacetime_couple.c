@@ -285,6 +285,24 @@ static void release(coupling *s)
     free(s->fixed);
 }
 
+/* A velocity that is met exactly between poses leaves the acceleration there to what happens at the
+ * switches, and damping hides them from it. */
+static int fail_condition(const coupling *s, bake_error *error)
+{
+    for (int k = 1; k < s->gaps; k++)
+        if (s->in->keys[k].v && s->in->keys[k].weight[1] < 0.0)
+            return bake_fail(error,
+                             "the velocity at %.6g s cannot be met without a jump in acceleration "
+                             "(condition %.1e): give it a `velocity_weight`, less damping or fewer "
+                             "modes, or use `blend`",
+                             s->in->keys[k].time, s->worst);
+    return bake_fail(error,
+                     "these poses and ends barely determine the coupled motion (condition %.1e): "
+                     "large vibrations fit the poses; prescribe velocities at the ends, add "
+                     "damping, or change the times",
+                     s->worst);
+}
+
 static int find_motion(coupling *s, bake_error *error)
 {
     for (int k = 0; k <= s->gaps; k++)
@@ -294,11 +312,7 @@ static int find_motion(coupling *s, bake_error *error)
         return -1;
     add_soft(s);
     if (solve(s) || !(s->worst >= CONDITION_LIMIT))
-        return bake_fail(error,
-                         "these poses and ends barely determine the coupled motion (condition "
-                         "%.1e): large vibrations fit the poses; regularise, prescribe velocities, "
-                         "or change the times",
-                         s->worst);
+        return fail_condition(s, error);
     take(s);
     double left = residual(s);
     if (!(left <= RESIDUAL_LIMIT))

@@ -54,6 +54,7 @@ typedef struct {
 typedef struct {
     double volume_max; /* of a tetrahedron */
     double ratio;      /* of circumscribed radius and shortest edge, at most */
+    double tolerance;  /* of the whole: what is this near to a plane lies in it */
     int added_max;     /* vertices inside */
 } bridge_fill;
 

@@ -1,5 +1,5 @@
 /* Tetrahedra inside a closed triangle surface.
- * Source: TetGen 1.5.0 (H. Si), constrained Delaunay refinement; switches p Y q a S M Q.
+ * Source: TetGen 1.5.0 (H. Si), constrained Delaunay refinement; switches p Y q a S M T Q.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "bridge.h"
 
@@ -49,6 +49,7 @@ tetgenbehavior switches(const bridge_fill *fill)
         throw std::logic_error("TetGen does not know its switches");
     }
     b.minratio = fill->ratio;
+    b.epsilon = fill->tolerance;
     b.maxvolume = fill->volume_max;
     b.steinerleft = fill->added_max;
     return b;

@@ -6,7 +6,11 @@ a scene is the mapping that JSON, and so YAML, writes down. Shells and chains; n
   x  n  coordinates of a body [m, rad]"""
 import numpy as np
 
+import body_energy
 import body_oracle as oracle
+
+UNIT = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
+AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
 def read_obj(path):
@@ -32,7 +36,7 @@ def number(x):
 
 
 def rotation(axis, degrees):
-    a = np.array(oracle.AXES.get(axis, axis) if isinstance(axis, str) else axis, float)
+    a = np.array(AXES.get(axis, axis) if isinstance(axis, str) else axis, float)
     a /= np.linalg.norm(a)
     W = np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
     t = np.radians(degrees)
@@ -43,7 +47,7 @@ class Body:
     def __init__(self, scene, index=0, folder="."):
         self.scene, self.entry, self.folder = scene, scene["bodies"][index], folder
         e = self.entry
-        self.unit = oracle.UNIT[e.get("unit", "1 mm").split()[1]]
+        self.unit = UNIT[e.get("unit", "1 mm").split()[1]]
         self.chain = e["kind"] == "chain"
         self.gravity = np.array(e.get("gravity", (0, 0, 0)), float)
         if self.chain:
@@ -53,7 +57,7 @@ class Body:
             m = e["material"]
             self.at, thick = at, e["thickness"]
             thick = number(thick) if isinstance(thick, str) else thick * self.unit
-            self.thing = oracle.Shell(at * self.unit, self.tri, number(m["young"]), m["poisson"],
+            self.thing = body_energy.Shell(at * self.unit, self.tri, number(m["young"]), m["poisson"],
                                       m["density"], thick)
         self.rest, self.n, self.M = self.thing.rest, self.thing.n, self.thing.M
         self.poses, self.groups, self.runs = {}, {}, {}
@@ -74,7 +78,7 @@ class Body:
                 "spring": l.get("spring", 0)})
         self.link = names
         mass = self.entry.get("root_mass", 0)
-        return oracle.Chain(links, self.entry.get("free_root", False),
+        return body_energy.Chain(links, self.entry.get("free_root", False),
                             number(mass) if isinstance(mass, str) else mass * 1e-3,
                             -self.gravity[1])
 
@@ -107,7 +111,7 @@ class Body:
         fixed, slides = self.holds(action)
         return oracle.kept(
             self.n, sorted({v for r in fixed for v in self.region(r)}),
-            [(v, oracle.AXES.get(s["normal"]) if isinstance(s["normal"], str) else s["normal"])
+            [(v, AXES.get(s["normal"]) if isinstance(s["normal"], str) else s["normal"])
              for s in slides for v in self.region(s["region"])])
 
     def centre(self, v, x):
@@ -177,7 +181,7 @@ class Body:
             add = np.tile(np.array(s.get("by", (0, 0, 0)), float) * self.unit, (len(v), 1))
             if "turn" in s:
                 axis = s["turn"]["axis"]
-                axis = np.array(oracle.AXES[axis] if isinstance(axis, str) else axis, float)
+                axis = np.array(AXES[axis] if isinstance(axis, str) else axis, float)
                 axis /= np.linalg.norm(axis)
                 arm = x.reshape(-1, 3)[v] - self.centre(v, x)
                 add += np.radians(s["turn"]["angle"]) * np.cross(axis, arm)
@@ -217,7 +221,6 @@ class Body:
             return oracle.Space(origin, self.thing.mass_matrix(origin), np.eye(self.n))
         vectors += [self.pose(p) - origin for p in poses]
         Z, count = self.free(like), self.entry.get("modes", 20)
-        self.gaps = []
         if like.get("dynamics") in ("blend", "couple"):
             hessians = [self.thing.at_rest_in(self.pose(p)).potential(self.pose(p))[2]
                         for p in poses]
@@ -225,7 +228,6 @@ class Body:
             hessians = [] if plain else [self.thing.potential(origin)[2]]
         for K in hessians:
             m = oracle.Modes(K, self.M, Z, count)
-            self.gaps.append(m.gap)
             vectors += list(m.phi.T)
         return oracle.Space(origin, self.M, vectors)
 
@@ -331,11 +333,11 @@ class Body:
         v = self.region(o["region"])
         if "direction" in o:
             d = o["direction"]
-            d = np.array(oracle.AXES[d] if isinstance(d, str) else d, float)
+            d = np.array(AXES[d] if isinstance(d, str) else d, float)
             way = self.centre(v, x) - self.centre(v, self.rest)
             return way @ d / np.linalg.norm(d) / self.unit
         axis = o["turn"]
-        axis = np.array(oracle.AXES[axis] if isinstance(axis, str) else axis, float)
+        axis = np.array(AXES[axis] if isinstance(axis, str) else axis, float)
         m = self.thing.mass[v][:, None]
         r, s = (y.reshape(-1, 3)[v] - self.centre(v, y) for y in (self.rest, x))
         r, s = (y - (y @ axis)[:, None] * axis for y in (r, s))
