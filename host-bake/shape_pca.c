@@ -10,38 +10,52 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* B and S of the chosen columns. The divide-and-conquer driver, economical: rank columns of B. */
-static int decompose(double *chosen, int columns, shape_pca *out, bake_error *error)
+/* Every `every`-th column of F. */
+static void choose(const double *F, int every, int kept, const shape_pca *out, double *chosen)
 {
-    double *Vt = bake_alloc((size_t)out->rank * (size_t)columns, sizeof *Vt);
-    out->B = bake_alloc((size_t)out->rows * (size_t)out->rank, sizeof *out->B);
-    out->S = bake_alloc((size_t)out->rank, sizeof *out->S);
-    int info = LAPACKE_dgesdd(LAPACK_COL_MAJOR, 'S', out->rows, columns, chosen, out->rows, out->S,
+    size_t rows = (size_t)out->rows;
+    for (size_t i = 0; i < (size_t)kept; i++) {
+        memcpy(chosen + i * rows, F + i * (size_t)every * rows, rows * sizeof *F);
+    }
+}
+
+/* B and S of the chosen columns. The divide-and-conquer driver, economical: rank columns of B. It may not
+ * converge where many singular values are rounding; the slower one by QR does. */
+static int decompose(const double *F, int every, int kept, shape_pca *out, bake_error *error)
+{
+    size_t rows = (size_t)out->rows, rank = (size_t)out->rank;
+    double *chosen = bake_alloc(rows * (size_t)kept, sizeof *chosen);
+    double *Vt = bake_alloc(rank * (size_t)kept, sizeof *Vt);
+    double *super = bake_alloc(rank, sizeof *super);
+    out->B = bake_alloc(rows * rank, sizeof *out->B);
+    out->S = bake_alloc(rank, sizeof *out->S);
+    choose(F, every, kept, out, chosen);
+    int info = LAPACKE_dgesdd(LAPACK_COL_MAJOR, 'S', out->rows, kept, chosen, out->rows, out->S,
                               out->B, out->rows, Vt, out->rank);
+    if (info > 0) {
+        choose(F, every, kept, out, chosen);
+        info = LAPACKE_dgesvd(LAPACK_COL_MAJOR, 'S', 'S', out->rows, kept, chosen, out->rows,
+                              out->S, out->B, out->rows, Vt, out->rank, super);
+    }
+    free(chosen);
     free(Vt);
+    free(super);
     return info == 0 ? 0
                      : bake_fail(error,
                                  "the singular value decomposition of %d x %d numbers "
                                  "failed with %d: are they all finite?",
-                                 out->rows, columns, info);
+                                 out->rows, kept, info);
 }
 
 int shape_pca_make(const double *F, int rows, int columns, int every, shape_pca *out,
                    bake_error *error)
 {
     int kept = (columns + every - 1) / every;
-    size_t column = (size_t)rows * sizeof *F;
-    double *chosen = bake_alloc((size_t)kept * (size_t)rows, sizeof *chosen);
     memset(out, 0, sizeof *out);
     out->rows = rows;
     out->columns = columns;
     out->rank = rows < kept ? rows : kept;
-    for (int i = 0; i < kept; i++) {
-        memcpy(chosen + (size_t)i * (size_t)rows, F + (size_t)i * (size_t)every * (size_t)rows,
-               column);
-    }
-    int err = decompose(chosen, kept, out, error);
-    free(chosen);
+    int err = decompose(F, every, kept, out, error);
     if (err < 0) {
         shape_pca_free(out);
         return -1;
