@@ -1,5 +1,5 @@
 /* Seconds for bodies of the sizes of a published table, for 1e5 tetrahedra, and for whole bakes.
- *   bench_bodies [name ...]   all cases, or those named; see README of make bench for what is needed
+ *   bench_bodies [name ...]   all of them, or: block bug cactus cloth dinosaur large bake
  * Source: Schulz 2013, table 2.1. Meshes of these sizes, the poses and the velocities are our own: smooth fields.
  * precompute: from mesh and poses to linear models; update: what is done again when times, velocities, damping or
  * stiffness change. Seconds of processor time, one thread.
@@ -214,19 +214,21 @@ static void make_space(const row *r, const body *b, int dimension, spline *s, st
         full_space(&s->sp);
         return;
     }
-    double *S = bake_alloc(n * (size_t)dimension, sizeof *S), *next = S;
-    int points = r->many ? r->keys : 1, left = dimension - r->keys;
+    int points = r->many ? r->keys : 1;
+    /* a free body's three translations are modes at each pose, and the same ones */
+    int count = dimension + (s->f.count == s->sp.n ? 3 * (points - 1) : 0), left = count - r->keys;
+    double *S = bake_alloc(n * (size_t)count, sizeof *S), *next = S;
     for (int k = 0; k < r->keys; k++)
         for (size_t i = 0; i < n; i++)
             *next++ = s->pose[k][i] - b->rest[i];
     for (int k = 0; k < points; k++) {
-        int count = left / (points - k);
-        add_modes(b, &s->f, r->many ? s->pose[k] : b->rest, count, next, t);
-        next += n * (size_t)count;
-        left -= count;
+        int part = left / (points - k);
+        add_modes(b, &s->f, r->many ? s->pose[k] : b->rest, part, next, t);
+        next += n * (size_t)part;
+        left -= part;
     }
     double since = now();
-    must(space_make(&s->sp, S, dimension, &error), &error);
+    must(space_make(&s->sp, S, count, &error), &error);
     t->spaces += lap(&since);
     if (s->sp.d != dimension)
         printf("  %d dimensions instead of %d\n", s->sp.d, dimension);

@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* Of the tolerance: what all modes together may do that are left out. */
-#define DROP_SHARE 0.02
+#define DROP_SHARE 0.2
 
 #define CHANNELS_MOST 128
 

@@ -224,7 +224,9 @@ void cache_put(cache_blob *blob, const void *data, size_t size)
         blob->room = 2 * (blob->count + size);
         blob->at = bake_grow(blob->at, blob->room, 1);
     }
-    memcpy(blob->at + blob->count, data, size);
+    if (size > 0) {
+        memcpy(blob->at + blob->count, data, size);
+    }
     blob->count += size;
 }
 
@@ -233,7 +235,9 @@ int cache_take(cache_blob *blob, void *data, size_t size)
     if (size > blob->count - blob->next) {
         return -1;
     }
-    memcpy(data, blob->at + blob->next, size);
+    if (size > 0) {
+        memcpy(data, blob->at + blob->next, size);
+    }
     blob->next += size;
     return 0;
 }

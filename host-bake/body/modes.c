@@ -15,15 +15,21 @@
 #include <float.h>
 #include <lapacke.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* Below this LAPACK is faster, and needs no shift. */
 #define SMALL 200
 
-/* The first shift, relative to the largest eigenvalue: about where the softest modes of 1e4 .. 1e5
- * elements are. */
-#define FIRST_SHIFT 1e-6
+/* The first shift, relative to the largest eigenvalue: below the softest modes of solids of 1e5
+ * elements, and yet so far from 0 that rounding in the others, eps times their distance over its, is
+ * 1e-10. Those of thin shells are below it. */
+#define FIRST_SHIFT 1e-8
+
+/* Of modes nearer to 0 than the shift: so many are no reason for another one; what it should leave. */
+#define NEAR_MOST 16
+#define NEAR_FEW  8
 
 /* A look at the spectrum: how many, and how exactly, relative to their distance from the shift. */
 #define LOOK_COUNT     16
@@ -49,13 +55,54 @@ static int find_shift(shifted *s, bake_error *error)
 {
     double sigma = -FIRST_SHIFT * s->bound;
     int err = set_shift(s, sigma, error);
-    while (err == 1 && sigma > -8 * s->bound) {
-        sigma *= 8;
+    while (err == 1 && sigma > -s->bound) {
+        sigma *= 64;
         err = set_shift(s, sigma, error);
     }
     return err == 1
                ? bake_fail(error, "the stiffness matrix has no factor: are its numbers finite?")
                : err;
+}
+
+/* About how many modes are nearer to 0 than the shift: sum of (sigma/(lambda - sigma))^2, as the mean
+ * square of what sigma (S - sigma)^-1 makes of noise says. */
+static double count_near(const shifted *s)
+{
+    size_t n = (size_t)s->S->n;
+    double *y = bake_alloc(n, sizeof *y), sum = 0;
+    uint64_t state = 1;
+    for (size_t i = 0; i < n; i++) {
+        state = state * 6364136223846793005u + 1442695040888963407u;
+        y[i] = state >> 63 ? 1 : -1;
+    }
+    sparse_solve_plain(s->f, y, 1);
+    for (size_t i = 0; i < n; i++) {
+        sum += y[i] * y[i];
+    }
+    free(y);
+    return s->sigma * s->sigma * sum;
+}
+
+/* Nearer while many modes are. Their number goes with the root of lambda for thin plates, faster for
+ * anything else [Weyl]. Returns 1 when there are still many: what is nearer has no factor, or rounding
+ * forbids it; -1: error. */
+static int jump(shifted *s, bake_error *error)
+{
+    double least = -64 * DBL_EPSILON * s->bound;
+    for (int round = 0; round < LOOKS; round++) {
+        double near = count_near(s), old = s->sigma;
+        if (near <= NEAR_MOST) {
+            return 0;
+        }
+        if (old > 4 * least) {
+            return 1;
+        }
+        int err = set_shift(s, fmin(old * pow(NEAR_FEW / near, 2), least), error);
+        if (err != 0) {
+            return err == 1 && set_shift(s, old, error) == 0 ? 1 : -1;
+        }
+    }
+    return 1;
 }
 
 /* Where the shift should be, from what a look has seen: a tenth of the softest mode below 0, or a
@@ -75,7 +122,7 @@ static double better_shift(const shifted *s, const double *lambda, int count)
     return 0.01 * s->sigma;
 }
 
-/* Brings the shift near the lowest eigenvalues: an iteration converges the faster, the nearer it is. */
+/* Brings the shift near the lowest eigenvalues, where counting did not. */
 static int approach(shifted *s, int count, bake_error *error)
 {
     int look = count < LOOK_COUNT ? count : LOOK_COUNT, err = 0, more = 1;
@@ -138,7 +185,10 @@ static int sparse_modes(const sparse *S, double bound, int count, modes *out, ba
     }
     s.one = one;
     modes_room(out, S->n, count);
-    int err = !s.f || find_shift(&s, error) < 0 || approach(&s, count, error) < 0 ? -1 : 0;
+    int err = !s.f || find_shift(&s, error) < 0 ? -1 : jump(&s, error);
+    if (err == 1) {
+        err = approach(&s, count, error);
+    }
     if (err == 0) {
         const arpack_problem p = {S->n, count, s.f, s.sigma, 0};
         err = modes_arpack(&p, out->lambda, out->phi, error);

@@ -21,28 +21,43 @@
 
 typedef double panel_row[PANEL];
 
-static int by_row(const void *a, const void *b)
+static int vertex_of(const body_block *block, int side)
 {
-    const body_block *l = a, *r = b;
-    return l->a != r->a ? (l->a > r->a) - (l->a < r->a) : (l->b > r->b) - (l->b < r->b);
+    return side ? block->a : block->b;
 }
 
-/* One block a pair: elements share edges and vertices, and each panel reads all blocks. */
-static body_block *merged(const body_blocks *K, size_t *count)
+/* Places of blocks in ascending order of their vertex on one side; those of one vertex stay in order. */
+static void sort_side(const body_blocks *K, int vertices, int side, const size_t *from, size_t *to)
+{
+    size_t *next = bake_alloc((size_t)vertices + 1, sizeof *next);
+    for (size_t i = 0; i < K->count; i++)
+        next[vertex_of(&K->at[i], side) + 1]++;
+    for (int v = 0; v < vertices; v++)
+        next[v + 1] += next[v];
+    for (size_t i = 0; i < K->count; i++)
+        to[next[vertex_of(&K->at[from[i]], side)]++] = from[i];
+    free(next);
+}
+
+/* One block a pair, by rows: elements share edges and vertices, and each panel reads all blocks. */
+static body_block *merged(const body_blocks *K, int vertices, size_t *count)
 {
     body_block *all = bake_alloc(K->count + 1, sizeof *all);
-    size_t n = 0;
-    if (K->count)
-        memcpy(all, K->at, K->count * sizeof *all);
-    qsort(all, K->count, sizeof *all, by_row);
+    size_t *order = bake_alloc(2 * K->count + 1, sizeof *order), *other = order + K->count, n = 0;
+    for (size_t i = 0; i < K->count; i++)
+        other[i] = i;
+    sort_side(K, vertices, 0, other, order);
+    sort_side(K, vertices, 1, order, other);
     for (size_t i = 0; i < K->count; i++) {
-        if (n && by_row(&all[n - 1], &all[i]) == 0) {
+        const body_block *next = &K->at[other[i]];
+        if (n && all[n - 1].a == next->a && all[n - 1].b == next->b) {
             for (int k = 0; k < 9; k++)
-                all[n - 1].k[k] += all[i].k[k];
+                all[n - 1].k[k] += next->k[k];
         } else {
-            all[n++] = all[i];
+            all[n++] = *next;
         }
     }
+    free(order);
     *count = n;
     return all;
 }
@@ -91,7 +106,7 @@ static void make_symmetric(double *out, size_t d)
 void space_reduce_blocks(const space *s, const body_blocks *K, double *out)
 {
     size_t count, d = (size_t)s->d;
-    body_block *blocks = merged(K, &count);
+    body_block *blocks = merged(K, s->n / 3, &count);
     panel_row *work = bake_alloc(2 * (size_t)s->n, sizeof *work);
     for (int first = 0; first < s->d; first += PANEL)
         reduce_panel(s, blocks, count, first, work, out);

@@ -4,6 +4,7 @@
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "spacetime_parts.h"
 
+#include <cblas.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,10 +14,7 @@
 double motion_project(const linear_model *model, int i, const double *q)
 {
     const double *column = model->Phi + (size_t)model->d * (size_t)i;
-    double sum = 0.0;
-    for (int r = 0; r < model->d; r++)
-        sum += column[r] * q[r];
-    return sum;
+    return cblas_ddot(model->d, column, 1, q, 1);
 }
 
 bake_mode motion_mode(const linear_model *model, const space_settings *settings, int mode)
