@@ -90,11 +90,13 @@ test: $(TESTS) ## the unit tests
 	@for t in $(TESTS); do $$t || exit 1; done
 check: setup ## installs what is missing, then everything CI runs
 	@tests/check.sh
-bench: build/bench_spline bake tools ## splines solved a second; bytes beside other formats
+bench: build/bench_spline build/bench_bodies bake tools ## splines and bodies solved a second; bytes beside other formats
 	OPENBLAS_NUM_THREADS=1 build/bench_spline 100000
+	OPENBLAS_NUM_THREADS=1 build/bench_bodies
+	/usr/bin/python3 tests/bench/bench_body_bytes.py
 	/usr/bin/python3 tests/bench/bench_bytes.py
 	/usr/bin/python3 tests/bench/bench_shapes.py
-build/bench_spline: tests/bench_spline.c build/libbake.a build/host/libplayer.a
+build/bench_%: tests/bench_%.c build/libbake.a build/host/libdevice.a build/host/libplayer.a
 	gcc $(BAKE_CF) $< -o $@ $(filter %.a,$^) $(BAKE_LIBS)
 budget: bake tools ## bytes, stack, instructions and cycles against tests/budget/player.csv
 	/usr/bin/python3 tests/tools/budget.py

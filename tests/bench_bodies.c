@@ -273,11 +273,19 @@ static double update(const row *r, spline *s, int call)
     space_key keys[KEYS_MOST];
     bake_error error;
     motion m;
+    size_t n = (size_t)s->sp.n;
+    double *u = bake_alloc(2 * n * (size_t)r->keys, sizeof *u);
+    for (size_t k = 0; k < (size_t)r->keys; k++) {
+        for (size_t i = 0; i < n; i++) {
+            u[2 * n * k + i] = s->pose[k][i] - s->sp.origin[i];
+            u[2 * n * k + n + i] = s->velocity[k][i];
+        }
+    }
+    space_project_vectors(&s->sp, u, 2 * r->keys, q);
+    free(u);
     for (int k = 0; k < r->keys; k++) {
         double *pose = q + 2 * k * s->sp.d, *velocity = pose + s->sp.d;
         int end = k == r->keys - 1, inner = k && !end;
-        space_project(&s->sp, s->pose[k], pose);
-        space_project_vector(&s->sp, s->velocity[k], velocity);
         keys[k] = (space_key){.time = 0.5 * k + 0.001 * (call % 7), .q = pose};
         keys[k].weight[0] = BAKE_HARD;
         models[k] = &s->model[k];

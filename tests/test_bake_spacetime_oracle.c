@@ -109,8 +109,8 @@ static void solve_case(oracle *o)
     o->open = 1;
     double scale = o->energy + 1e-6, tolerance = fabs(o->energy - o->coarse) + 1e-8 * scale;
     if (o->energy >= 0.0)
-        CHECK_NEAR(o->m.energy, o->energy, tolerance);
-    if (o->energy >= 0.0 && !(fabs(o->m.energy - o->energy) <= tolerance))
+        CHECK_NEAR(motion_energy(&o->m), o->energy, tolerance);
+    if (o->energy >= 0.0 && !(fabs(motion_energy(&o->m) - o->energy) <= tolerance))
         printf("case %s\n", o->name);
 }
 

@@ -29,20 +29,38 @@ static void chain_rates(const body_work *w, const scene_body_key *key, double *u
     }
 }
 
-static double *key_velocity(const body_work *w, const space *sp, const scene_body_key *key,
-                            const double *x)
+static void key_velocity(const body_work *w, const scene_body_key *key, const double *x, double *u)
 {
-    double *u = bake_alloc((size_t)w->n, sizeof *u);
-    double *v = bake_alloc((size_t)sp->d, sizeof *v);
     for (int i = 0; i < key->velocity_count && !is_chain(w); i++) {
         body_shift(w, &key->velocity[i], x, u);
     }
     if (is_chain(w)) {
         chain_rates(w, key, u);
     }
-    space_project_vector(sp, u, v);
+}
+
+/* Poses and velocities of all keys in the space: 2 d a key, in one product. */
+static int project_keys(body_work *w, const body_run *r, double **out, bake_error *error)
+{
+    const space *sp = &w->group[r->group].sp;
+    size_t n = (size_t)w->n, count = (size_t)r->from->key_count;
+    double *u = bake_alloc(2 * n * count, sizeof *u);
+    for (size_t k = 0; k < count; k++) {
+        const scene_body_key *key = &r->from->keys[k];
+        const double *x;
+        if (body_pose(w, key->pose, &x, error) < 0) {
+            free(u);
+            return -1;
+        }
+        for (size_t i = 0; i < n; i++) {
+            u[2 * n * k + i] = x[i] - sp->origin[i];
+        }
+        key_velocity(w, key, x, u + 2 * n * k + n);
+    }
+    *out = bake_alloc(2 * (size_t)sp->d * count, sizeof **out);
+    space_project_vectors(sp, u, 2 * (int)count, *out);
     free(u);
-    return v;
+    return 0;
 }
 
 /* Rows of the region's vertices, each weighted by the root of its mass, so that a soft pose of all vertices
@@ -71,16 +89,11 @@ static int make_key(body_work *w, const body_clip *c, body_run *r, int index, ba
     const body_group *g = &w->group[r->group];
     const scene_body_key *from = &r->from->keys[index];
     space_key *to = &r->key[index];
-    const double *x;
-    if (body_pose(w, from->pose, &x, error) < 0) {
-        return -1;
-    }
-    double *q = bake_alloc((size_t)g->sp.d, sizeof *q);
-    space_project(&g->sp, x, q);
+    const double *q = r->projected + 2 * (size_t)g->sp.d * (size_t)index;
     *to = (space_key){
         .time = floor(from->time * c->rate + 0.5) / c->rate, .q = q, .weight = {from->weight, 0}};
     if (from->has_velocity) {
-        to->v = key_velocity(w, &g->sp, from, x);
+        to->v = q + g->sp.d;
         to->weight[1] = from->velocity_weight;
     }
     if (index > 0 && !(to->time > to[-1].time)) {
@@ -92,7 +105,7 @@ static int make_key(body_work *w, const body_clip *c, body_run *r, int index, ba
                                 : ", or shorten the clip: it has at most 65535 ticks");
     }
     if (from->region >= 0) {
-        partial_rows(w, &g->sp, from, x, to);
+        partial_rows(w, &g->sp, from, w->pose[from->pose], to);
     }
     r->at_key[index] = body_group_model(g, from->pose);
     return 0;
@@ -171,7 +184,7 @@ static void report(const body_work *w, body_run *r)
 {
     bake_error inner = {""};
     r->report.dimension = w->group[r->group].sp.d;
-    r->report.energy = r->m.energy;
+    r->report.energy = motion_energy(&r->m);
     r->report.cubic = -1;
     r->report.missed = is_chain(w) ? -1 : missed(w, r);
     if (comparable(r) && motion_compare(&r->m, &r->settings, r->key, r->from->key_count,
@@ -200,6 +213,9 @@ static int make_run(body_work *w, body_clip *c, int action, bake_error *error)
     }
     r->settings.stiffness = a->stiffness;
     memcpy(r->settings.regularise, a->regularise, sizeof a->regularise);
+    if (project_keys(w, r, &r->projected, error) < 0) {
+        return -1;
+    }
     for (int k = 0; k < a->key_count; k++) {
         if (make_key(w, c, r, k, error) < 0) {
             return -1;
@@ -253,12 +269,11 @@ void body_clip_free(body_clip *c)
     for (int i = 0; i < c->count; i++) {
         body_run *r = &c->run[i];
         for (int k = 0; r->key && k < r->from->key_count; k++) {
-            free((void *)r->key[k].q);
-            free((void *)r->key[k].v);
             free((void *)r->key[k].S);
             free((void *)r->key[k].p);
         }
         free(r->key);
+        free(r->projected);
         free(r->at_key);
         motion_free(&r->m);
     }

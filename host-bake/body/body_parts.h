@@ -110,6 +110,7 @@ typedef struct {
     const scene_action *from;
     int group;
     const linear_model **at_key; /* a key's */
+    double *projected;           /* a key: its pose, then its velocity, in the space: 2 d */
     space_key *key;              /* from->key_count; times are multiples of the clip's 1/rate */
     space_settings settings;
     motion m;

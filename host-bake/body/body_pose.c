@@ -192,7 +192,9 @@ static int add_modes(body_work *w, const scene_pose *pose, double *x, bake_error
         if (mode >= w->own.count) {
             err = body_fail(w, pose->line, error, "pose '%s' wants mode %d of %d%s", pose->name,
                             pose->modes[i].mode, w->own.count - first,
-                            is_chain(w) ? "" : ": raise the body's `modes`");
+                            w->own.count - first < w->from->modes || is_chain(w)
+                                ? ""
+                                : ": raise the body's `modes`");
             break;
         }
         const double *phi = w->own.phi + (size_t)mode * (size_t)w->own.n;

@@ -217,12 +217,13 @@ static double mode_energy(const motion *m, const motion_term *term, int mode,
     return sum.energy;
 }
 
-void motion_measure(motion *m)
+double motion_energy(const motion *m)
 {
-    m->energy = 0.0;
+    double total = 0.0;
     for (int j = 0; j < m->term_count; j++)
         for (int i = 0; i < m->d; i++)
-            m->energy += mode_energy(m, &m->term[j], i, &m->term[j].curve[i], 1);
+            total += mode_energy(m, &m->term[j], i, &m->term[j].curve[i], 1);
+    return total;
 }
 
 /* ---- the cubic ------------------------------------------------------------------------------- */
@@ -302,7 +303,7 @@ int motion_compare(const motion *m, const space_settings *settings, const space_
         motion_eval(m, keys[k].time, poses + k * d, NULL, NULL);
     for (int r = 0; r < d && !failed; r++)
         failed = solve_cubic(&in, poses, d, r, &q[r], error);
-    *energy = m->energy;
+    *energy = motion_energy(m);
     if (!failed)
         *cubic_energy = cubic_energy_of(m, q);
     free_curves(q, d);

@@ -239,15 +239,42 @@ void space_free(space *s)
 
 /* ---- between a body and its space -------------------------------------------------------------- */
 
+/* Rows at a time: what is weighed by masses stays in the cache. */
+#define CHUNK 2048
+
+/* q += V^T M u over rows first .. first + rows - 1, for diagonal masses. */
+static void project_chunk(const space *s, const double *u, int count, const int span[2], double *q)
+{
+    size_t n = (size_t)s->n, first = (size_t)span[0], rows = (size_t)span[1];
+    double *p = bake_alloc(rows * (size_t)count, sizeof *p);
+    for (size_t k = 0; k < (size_t)count; k++)
+        for (size_t i = 0; i < rows; i++)
+            p[rows * k + i] = s->mass[first + i] * u[n * k + first + i];
+    cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, s->d, count, span[1], 1, s->V + first,
+                s->n, p, span[1], 1, q, s->d);
+    free(p);
+}
+
+void space_project_vectors(const space *s, const double *u, int count, double *q)
+{
+    size_t n = (size_t)s->n;
+    memset(q, 0, (size_t)s->d * (size_t)count * sizeof *q);
+    for (int first = 0; first < s->n && !s->M; first += CHUNK) {
+        const int span[2] = {first, s->n - first < CHUNK ? s->n - first : CHUNK};
+        project_chunk(s, u, count, span, q);
+    }
+    double *p = bake_alloc(s->M ? n : 1, sizeof *p);
+    for (size_t k = 0; k < (size_t)count && s->M; k++) {
+        cblas_dsymv(CblasColMajor, CblasUpper, s->n, 1, s->M, s->n, u + n * k, 1, 0, p, 1);
+        cblas_dgemv(CblasColMajor, CblasTrans, s->n, s->d, 1, s->V, s->n, p, 1, 0,
+                    q + (size_t)s->d * k, 1);
+    }
+    free(p);
+}
+
 void space_project_vector(const space *s, const double *u, double *q)
 {
-    double *p = bake_alloc((size_t)s->n, sizeof *p);
-    if (s->M)
-        cblas_dsymv(CblasColMajor, CblasUpper, s->n, 1, s->M, s->n, u, 1, 0, p, 1);
-    for (int i = 0; !s->M && i < s->n; i++)
-        p[i] = s->mass[i] * u[i];
-    cblas_dgemv(CblasColMajor, CblasTrans, s->n, s->d, 1, s->V, s->n, p, 1, 0, q, 1);
-    free(p);
+    space_project_vectors(s, u, 1, q);
 }
 
 void space_project(const space *s, const double *x, double *q)

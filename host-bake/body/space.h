@@ -29,6 +29,8 @@ void space_free(space *s);
 /* q = V^T M (x - origin), or of a velocity / difference: q = V^T M u. */
 void space_project(const space *s, const double *x, double *q);
 void space_project_vector(const space *s, const double *u, double *q);
+/* Of `count` vectors u (n x count) in one product: q is d x count. */
+void space_project_vectors(const space *s, const double *u, int count, double *q);
 /* x = origin + V q */
 void space_expand(const space *s, const double *q, double *x);
 

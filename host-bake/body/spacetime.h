@@ -44,8 +44,6 @@ typedef struct {
     int periodic;
     double from, to;
     motion_term *term;
-    double
-        energy; /* E_f2: sum over terms of the integral of |f|^2 where h is not 0, weighted by h */
 } motion;
 
 /* Algorithm 1 with the model of a base point. Keys are solved mode by mode; partial keys couple them: the
@@ -85,6 +83,9 @@ void motion_free(motion *m);
 /* q, q', q'' at t, each d long, NULL = not wanted; t is clamped to [from, to], where it holds still outside
  * (derivatives 0), or wraps if periodic. */
 void motion_eval(const motion *m, double t, double *q, double *v, double *a);
+
+/* E_f2: the sum over the terms of the integral of h |f|^2. */
+double motion_energy(const motion *m);
 
 /* E_f2 of the C2 cubic spline through the same poses with the same ends, seen by the same model(s), and of
  * the motion itself: what the physics saves. */

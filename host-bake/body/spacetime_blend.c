@@ -34,7 +34,6 @@ int motion_blend(const linear_model *const *models, const space_settings *settin
             return bake_fail(error, "model of the key at %.6g s, %.900s", keys[j].time, own.text);
         }
     }
-    motion_measure(out);
     motion_warned(&warnings, error);
     return 0;
 }

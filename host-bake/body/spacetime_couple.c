@@ -340,7 +340,6 @@ int motion_couple(const linear_model *const *models, const space_settings *setti
         motion_free(out);
         return -1;
     }
-    motion_measure(out);
     if (error)
         error->text[0] = '\0';
     return 0;

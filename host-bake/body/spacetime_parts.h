@@ -75,7 +75,4 @@ void motion_gram_add(const motion_gram *g);
 /* Weight of a term at t, and its two derivatives. The switch at an end of the motion is none. */
 void motion_weight(const motion *m, const motion_term *term, double t, double h[3]);
 
-/* Sets m->energy: the sum over the terms of the integral of h |f|^2. */
-void motion_measure(motion *m);
-
 #endif

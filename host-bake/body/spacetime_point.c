@@ -293,7 +293,6 @@ int motion_one_point(const linear_model *model, const space_settings *settings, 
         motion_free(out);
         return -1;
     }
-    motion_measure(out);
     motion_partial_missed(&in, out, keys);
     motion_warned(&warnings, error);
     return 0;
