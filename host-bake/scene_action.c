@@ -39,10 +39,11 @@ static int check_fields(const loader *l, const scene_action *a)
     static const struct {
         const char *field;
         unsigned dynamics;
-    } uses[] = {{"about", 1u << DYNAMICS_ONE_POINT},
-                {"stiffness", ~(1u << DYNAMICS_SPLINE)},
-                {"damping", ~(1u << DYNAMICS_SPLINE)},
-                {"regularise", 1u << DYNAMICS_ONE_POINT | 1u << DYNAMICS_SPLINE}};
+    } uses[] = {
+        {"about", 1u << DYNAMICS_ONE_POINT},
+        {"stiffness", ~(1u << DYNAMICS_SPLINE)},
+        {"damping", ~(1u << DYNAMICS_SPLINE)},
+        {"regularise", 1u << DYNAMICS_ONE_POINT | 1u << DYNAMICS_SPLINE | 1u << DYNAMICS_BLEND}};
     static const char *const elastic[] = {"fixed", "sliding"};
     const scene_body *b = &l->out->bodies[a->body];
     for (size_t i = 0; i < sizeof uses / sizeof *uses; i++)
@@ -87,10 +88,11 @@ static int read_physics(loader *l, const yaml_action *from, scene_action *a)
 /* The models of several points meet hard, full poses only [Schulz 2.8]. */
 static int check_multi_point(const loader *l, const scene_action *a)
 {
-    static const char *const fields[] = {"weight", "velocity_weight", "region"};
-    if (a->dynamics != DYNAMICS_BLEND && a->dynamics != DYNAMICS_COUPLE)
+    static const char *const fields[] = {"weight", "region", "velocity_weight"};
+    int couple = a->dynamics == DYNAMICS_COUPLE; /* its velocities may be soft */
+    if (a->dynamics != DYNAMICS_BLEND && !couple)
         return 0;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < (couple ? 2 : 3); i++)
         if (loader_has(l, fields[i]))
             return loader_fail(
                 l, fields[i],

@@ -228,7 +228,7 @@ static int reduce(const shape_mesh *m, const scene_mesh *from, int shared, candi
                          .columns = m->frame_count,
                          .turn = c->way.turn,
                          .bits = from->bits,
-                         .every = m->every,
+                         .every = from->every << m->finer,
                          .most = shared < 0 ? most : shared};
     const shape_span all = {0, m->frame_count};
     r.residual = residual(m, c);

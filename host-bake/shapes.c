@@ -82,7 +82,6 @@ static int load_meshes(const scene *s, int verbose, shapes *out, bake_error *err
         shape_mesh *m = &out->mesh[i];
         m->index = i;
         m->aim = first_aim;
-        m->every = s->meshes[i].every;
         m->form.affine = m->normals.affine = -1;
         progress(verbose, m, s);
         err = s->meshes[i].file ? mesh_load(s, i, &m->mesh, error) : 0;

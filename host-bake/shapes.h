@@ -67,7 +67,7 @@ typedef struct {
     int stale, tries;     /* to be decomposed again, with another aim; how often that happened */
     double tolerance;     /* [unit] */
     int frame_count;      /* of all its motions, one behind the other */
-    int every;            /* bases come from every n-th of them */
+    int finer;            /* frames are 2^finer times denser than bases need */
     const double **frame; /* a frame: 3 vertex_count, in mesh */
     shape_affine *turn;   /* a frame; NULL: nothing moves the mesh as a whole */
     int rotated; /* the turns are rotations: some frame is mirrored, or badly conditioned */

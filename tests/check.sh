@@ -63,6 +63,7 @@ step "command line" $python tests/test_bake_cli.py
 step "filters, captures, limits" $python tests/test_bake_filters.py
 step "meshes to bases" $python tests/test_bake_pca.py
 step "damaged files" $python tests/test_bake_damage.py
+step "bodies, hostile input" $python tests/test_bake_body_damage.py
 step "bodies end to end" $python tests/test_bake_bodies.py
 step "solids against mpmath" $python tests/reference/solid_oracle.py --check
 step "talking face" $python tests/test_bake_face.py
@@ -80,6 +81,7 @@ done
 step "budgets" $python tests/tools/budget.py
 step "bytes beside other formats" $python tests/bench/bench_bytes.py --check
 step "shapes beside other formats" $python tests/bench/bench_shapes.py --check
+step "bodies beside frames" $python tests/bench/bench_body_bytes.py --check
 step "README commands" $python tests/test_readme.py
 
 step "demo" make -s demo

@@ -225,7 +225,7 @@ def regions_that_hold_nothing_or_everything_are_named():
            "base, below: {y: 0.5}", "base, below: {y: 5}")
     line = ("fixed: [base]", "fixed: [base]\n  sliding: [{region: tip, normal: x}, {region: tip, normal: y}]",
             "by: [4, 0, 2]", "by: [0, 0, 2]", "by: [-1, 0, 5]", "by: [0, 0, 5]")
-    refuse([(scene(SOLID, "below: {y: 0.5}", "below: {y: -5}"), None, "s.yaml:14:", "'base' holds none"),
+    refuse([(scene(SOLID, "below: {y: 0.5}", "below: {y: -5}"), None, "s.yaml:14:", "'base' holds none", "between (0, 0, 0) and (10, 30, 10)"),
             (scene(SOLID, "tip, above: {y: 29.5}", "tip, vertices: [0, 900]"), None, "s.yaml:14:", "vertex 900"),
             (scene(SOLID, "below: {y: 0.5}", "below: {y: 99}"), None, "holds"),
             (scene(SOLID, *one, *line), obj(*TETRAHEDRON), "one vertex alone"),

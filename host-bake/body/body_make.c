@@ -135,6 +135,21 @@ static int inside(const scene_region *r, const double x[3])
     return r->kind == REGION_BOX ? in : square <= r->radius * r->radius;
 }
 
+static int fail_empty(const body_work *w, const scene_region *r, bake_error *error)
+{
+    double box[2][3] = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}};
+    for (int i = 0; i < w->n; i++) {
+        box[0][i % 3] = fmin(box[0][i % 3], w->b.rest[i] / w->from->unit);
+        box[1][i % 3] = fmax(box[1][i % 3], w->b.rest[i] / w->from->unit);
+    }
+    return body_fail(
+        w, r->line, error,
+        "the region '%s' holds none of the %d vertices, which lie between (%.4g, %.4g, "
+        "%.4g) and (%.4g, %.4g, %.4g); make it larger, or move it",
+        r->name, w->b.vertex_count, box[0][0], box[0][1], box[0][2], box[1][0], box[1][1],
+        box[1][2]);
+}
+
 static int fill_region(body_work *w, const scene_region *r, vertex_list *out, bake_error *error)
 {
     int vertices = w->b.vertex_count, outer = w->target[0].m->mesh.vertex_count;
@@ -158,13 +173,7 @@ static int fill_region(body_work *w, const scene_region *r, vertex_list *out, ba
         }
         out->vertex[out->count++] = r->vertex[i];
     }
-    return out->count > 0
-               ? 0
-               : body_fail(
-                     w, r->line, error,
-                     "the region '%s' holds none of the %d vertices: they lie in the box that "
-                     "`wiggly bake` prints for the mesh; make the region larger",
-                     r->name, vertices);
+    return out->count > 0 ? 0 : fail_empty(w, r, error);
 }
 
 static int make_regions(body_work *w, bake_error *error)

@@ -121,7 +121,7 @@ static double choose_step(const body_work *w, const body_clip *clips, int count)
             step /= 2;
             now = fmax(step, tick);
             for (int k = 0; k < w->target_count; k++) {
-                w->target[k].m->every *= 2;
+                w->target[k].m->finer++;
             }
         }
         if (off > tolerance) {
