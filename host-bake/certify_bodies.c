@@ -1,4 +1,5 @@
-/* What the certificate says of elastic bodies: what they are, how they swing, what their motion costs.
+/* What the certificate says of elastic bodies: what they are, how they swing, what their motion
+ * costs.
  * Source: Schulz 2013, (2.11), (2.20); the comparison with frames is ours.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "bodies.h"

@@ -12,16 +12,17 @@ typedef struct {
     int sides;               /* 0 the front, 1 both */
 } mesh_part;
 
-/* The frames of one entry of clips[clip].meshes, evenly spaced; or of what a body does in a clip, at any
+/* The frames of one entry of clips[clip].meshes, evenly spaced; or of what a body does in a clip,
+ * at any
  * times. */
 typedef struct {
     int clip, motion; /* scene.clips[clip].motions[motion]; -1: a body's */
     int count;        /* frames, >= 1 */
     double rate;      /* frames a second */
-    double *time;     /* count + 1, ascending [s]: the last is where a loop meets its first frame again;
+    double *time; /* count + 1, ascending [s]: the last is where a loop meets its first frame again;
                          NULL: frame i is shown at i / rate */
-    char *kink;       /* count: velocities may jump at this frame; NULL: nowhere */
-    double *at;       /* count x vertex_count x 3 */
+    char *kink;   /* count: velocities may jump at this frame; NULL: nowhere */
+    double *at;   /* count x vertex_count x 3 */
 } mesh_frames;
 
 /* All of a mesh: scaled, y up, welded (vertices that coincide in the rest pose and in every frame

@@ -127,8 +127,8 @@ typedef struct {
  *           target: [0, 30, 0], distance: 200, size: 70, light: [0.3, 0.6, 0.7], ambient: 0.2,
  *           background: [0, 0, 0]}
  * yaw .. size: a number, or the name of a channel. A number becomes a channel of its own, named
- * <view>_yaw and so on, with that rest value, appended after the scene's own. Defaults of target and
- * size: fitted by the baker to what all clips show (fit = 1). */
+ * <view>_yaw and so on, with that rest value, appended after the scene's own. Defaults of target
+ * and size: fitted by the baker to what all clips show (fit = 1). */
 typedef struct {
     char *name;
     int line;
@@ -140,7 +140,7 @@ typedef struct {
         fit_distance; /* not given: the baker sets the channels' rest values */
 } scene_view;
 
-/* regions of a body: - {name: base, box: [[-10, 0, -10], [10, 2, 10]]}      closed box in the rest pose
+/* regions of a body: - {name: base, box: [[-10, 0, -10], [10, 2, 10]]}      closed, at rest
  *                    - {name: tip, ball: {centre: [0, 90, 0], radius: 5}}
  *                    - {name: ring, vertices: [0, 3, 8]}               of the mesh's file, from 0
  *                    - {name: top, above: {y: 20}}     or below; x, y, z; both, and several axes
@@ -163,12 +163,12 @@ typedef struct {
 } scene_shift;
 
 /* poses of a body: - {name: bent, file: bent.obj}                        the mesh's faces, moved
- *                  - {name: reach, drag: [{region: tip, by: [10, 0, 0]}]}   the rest follows elastically
- *                  - {name: bow, modes: [{mode: 2, by: 15}]}      the vertex that moves most moves 15
+ *                  - {name: reach, drag: [{region: tip, by: [10, 0, 0]}]}   the rest follows
+ *                  - {name: bow, modes: [{mode: 2, by: 15}]}      of what moves most
  *                  - {name: high, of: bent, move: [0, 80, 0], turn: {axis: z, angle: 20}}
- *                  - {name: crouch, joints: [{link: arm, angle: 40 deg}]}         chains; absolute angles
- * What is there is applied in this order: of (default: the rest pose), file, modes, drag, turn about
- * the pose's centre of mass, move. Pose 0 is always `rest`. */
+ *                  - {name: crouch, joints: [{link: arm, angle: 40 deg}]}     absolute
+ * What is there is applied in this order: of (default: the rest pose), file, modes, drag, turn
+ * about the pose's centre of mass, move. Pose 0 is always `rest`. */
 typedef struct {
     int mode; /* from 1: elastic modes of the body as it is held by itself */
     double by;
@@ -191,10 +191,11 @@ typedef struct {
     double normal[3]; /* any length, not 0 */
 } scene_slide;
 
-/* outputs of a body: - {channel: tip, region: tip, direction: [1, 0, 0]}   mean displacement [scene units]
- *                    - {channel: sway, region: tip, turn: z}     how far the region has turned about the axis
+/* outputs of a body: - {channel: tip, region: tip, direction: [1, 0, 0]}   [scene units]
+ *                    - {channel: sway, region: tip, turn: z}     how far the region has turned
+ *                      about the axis
  *                                                                through its centre [deg]
- *                    - {channel: hip, joint: thigh}     a link's angle to its parent, 0 at rest [deg] */
+ *                    - {channel: hip, joint: thigh}     a link's angle to its parent [deg] */
 typedef enum { OUTPUT_SHIFT, OUTPUT_TURN, OUTPUT_JOINT } scene_output_kind;
 typedef struct {
     int line, channel, region; /* region -1 = everything */
@@ -203,7 +204,7 @@ typedef struct {
     int joint;           /* link */
 } scene_output;
 
-/* links of a chain: - {name: arm, parent: base, length: 40, angle: 60 deg, mass: 20 g, spring: 0.02}
+/* links of a chain: - {name: arm, parent: base, length: 40, angle: 60 deg, mass: 20 g}
  * density: [a, b] in g per scene unit of length. */
 typedef struct {
     char *name;
@@ -218,7 +219,7 @@ typedef struct {
 
 typedef enum { SCENE_SOLID, SCENE_SHELL, SCENE_CHAIN } scene_body_kind;
 
-/* bodies: - {name: cactus, kind: solid, mesh: cactus, attached: [pot], unit: 1 mm, material: rubber,
+/* bodies: - {name: cactus, kind: solid, mesh: cactus, attached: [pot], material: rubber,
  *            cell: 4, gravity: [0, -9.81, 0], fixed: [base], sliding: [{region: base, normal: y}],
  *            modes: 15, damping: [0.5, 0.002], regions: [...], poses: [...], outputs: [...]} */
 typedef struct {
@@ -246,9 +247,9 @@ typedef struct {
     double width;     /* of a chain's bars when drawn, scene units */
 } scene_body;
 
-/* keys of a body: - {time: 0.4, pose: reach, velocity: [{by: [0, 500, 0]}], weight: 10, region: tip}
- * weight: absent = hard; velocity absent: free, except at the ends (see scene_action). velocity_weight:
- * absent = hard. region: only this part of the pose is asked for. */
+/* keys of a body: - {time: 0.4, pose: reach, velocity: [{by: [0, 500, 0]}], region: tip}
+ * weight: absent = hard; velocity absent: free, except at the ends (see scene_action).
+ * velocity_weight: absent = hard. region: only this part of the pose is asked for. */
 typedef struct {
     int line;
     double time;
@@ -262,7 +263,8 @@ typedef struct {
     int region;   /* -1 = all of it */
 } scene_body_key;
 
-/* DYNAMICS_SPLINE: no physics, the cubic spline through the poses: primary motion to lay others over. */
+/* DYNAMICS_SPLINE: no physics, the cubic spline through the poses: primary motion to lay others
+ * over. */
 typedef enum {
     DYNAMICS_ONE_POINT,
     DYNAMICS_BLEND,
@@ -271,13 +273,13 @@ typedef enum {
 } scene_dynamics;
 
 /* clips: bodies: - {body: cactus, dynamics: one-point, about: rest, fixed: [base], sliding: [...],
- *                   stiffness: 1, damping: [0.5, 0.002], regularise: [0, 0, 0], start: free, end: free,
+ *                   stiffness: 1, damping: [0.5, 0.002], regularise: [0, 0, 0], start: free,
  *                   periodic: false, add: false, keys: [...]}
- * Motion of a body between its first and last key. Those of one body in one clip follow each other without a
- * gap, except those that add: their poses are differences from rest, laid over the others. start, end: free,
- * {velocity: ...} or absent = the velocity of the first and last key, or 0: whatever was said, the keys say it
- * here, so end[i] = VELOCITY has a key with a hard velocity, FREE one without or with a soft one. fixed,
- * sliding: absent = the body's. */
+ * Motion of a body between its first and last key. Those of one body in one clip follow each other
+ * without a gap, except those that add: their poses are differences from rest, laid over the
+ * others. start, end: free, {velocity: ...} or absent = the velocity of the first and last key, or
+ * 0: whatever was said, the keys say it here, so end[i] = VELOCITY has a key with a hard velocity,
+ * FREE one without or with a soft one. fixed, sliding: absent = the body's. */
 typedef struct {
     int line, body;
     scene_dynamics dynamics;

@@ -1,6 +1,6 @@
 /* A mesh whose bases are known: the modes of an elastic body, moved by curves that are known too.
- * Source: own, on Schulz 2013, 2.6: x(t) = x + Phi w(t) is a shape in the sense of Alexa 2002, 7.1.1. What is
- * left to decide is how wide each basis is stored.
+ * Source: own, on Schulz 2013, 2.6: x(t) = x + Phi w(t) is a shape in the sense of Alexa 2002,
+ * 7.1.1. What is left to decide is how wide each basis is stored.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "shape_parts.h"
 
@@ -10,7 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of what the bases may leave: rounding to 8 bits may take so much if all of it met in one vertex. */
+/* Of what the bases may leave: rounding to 8 bits may take so much if all of it met in one
+ * vertex. */
 #define NARROW_SHARE 0.5
 
 static double largest_weight(const shape_mesh *m, int basis)

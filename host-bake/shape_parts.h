@@ -9,7 +9,8 @@
  *   F  rows x columns    one frame a column: rows = 3 m, columns = n
  *   B  rows x rank       orthonormal, one basis a column; rank = min(rows, columns)
  *   S  rank              singular values, descending
- *   W  rank x columns    S A: weights of each frame, F = B W                                      */
+ *   W  rank x columns    S A: weights of each frame, F = B W
+ *      */
 typedef struct {
     int rows, columns, rank;
     double *B, *S, *W; /* column-major */
@@ -22,7 +23,8 @@ void shape_pca_free(shape_pca *p);
 
 /* ---- shape_reduce.c: as few quantised bases as the tolerance on the posed surface takes ------- */
 
-/* A reduction under way. residual: what rest and the bases so far leave of each normalised frame. */
+/* A reduction under way. residual: what rest and the bases so far leave of each normalised
+ * frame. */
 typedef struct {
     int rows, columns;        /* 3 m, n */
     double *residual;         /* column-major */
@@ -38,7 +40,8 @@ typedef struct {
     int first, count;
 } shape_span;
 
-/* Adds bases of `piece` that are 0 outside `span` until no vertex of it is off by more than `limit`,
+/* Adds bases of `piece` that are 0 outside `span` until no vertex of it is off by more than
+ * `limit`,
  * or there are `most`: then they are the plain principal components. */
 int shape_reduce(shape_reduction *r, shape_span span, int piece, double limit, bake_error *error);
 
@@ -73,8 +76,8 @@ int shape_weigh(const shape_reduction *r, shape_span span, double limit, shape_d
 /* ---- shape_refit.c: weights of given bases ---------------------------------------------------- */
 
 /* Q: rows x used stored bases, linearly independent or not. E: the span's columns, what is left of
- * them on return. X: used x span.count, added to: weights by least squares, of frames beyond `limit`
- * for the least largest error. Returns the largest distance. */
+ * them on return. X: used x span.count, added to: weights by least squares, of frames beyond
+ * `limit` for the least largest error. Returns the largest distance. */
 typedef struct {
     const shape_reduction *r;
     shape_span span;
@@ -105,11 +108,13 @@ void shape_order(const uint64_t *moves, int vertices, int *order);
 int shape_stack(const scene *s, shape_mesh *m, bake_error *error); /* shape_solve.c */
 /* The box of all frames and of what curves do between them. at: frame_count of them. */
 void shape_reach(const double *const *at, const shape_mesh *m, double lo[3], double hi[3]);
-/* Bases by what they do to the posed surface, the most important first: a device may use only the first
+/* Bases by what they do to the posed surface, the most important first: a device may use only the
+ * first
  * ones. */
 void shape_order_bases(const shape_mesh *m, shape_form *form);
 
-/* Sorts the mesh's vertices: those that no basis moves last [Alexa 7.3.3, N7]; and, if `each`, those
+/* Sorts the mesh's vertices: those that no basis moves last [Alexa 7.3.3, N7]; and, if `each`,
+ * those
  * that the same bases move together [N8], for at most 64 bases. */
 void shape_order_vertices(shape_mesh *m, int each);
 

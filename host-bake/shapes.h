@@ -1,4 +1,5 @@
-/* Deformable shapes: frames of meshes become a rest shape, a few bases and channels that weigh them.
+/* Deformable shapes: frames of meshes become a rest shape, a few bases and channels that weigh
+ * them.
  *                                                                               [Alexa ch. 7]
  * shapes_make loads every mesh of the scene, decomposes it and appends what it needs to the scene:
  * channels, the curves that move them in each clip, masks. From there on they are channels like any
@@ -12,7 +13,8 @@
 #include "mesh.h"
 #include "shape_affine.h"
 
-/* Bases that are known beforehand and have curves of their own: the modes of an elastic body, shared by all
+/* Bases that are known beforehand and have curves of their own: the modes of an elastic body,
+ * shared by all
  * meshes that it moves. A channel value of 1 moves the vertex that moves most by 1. */
 typedef struct {
     int clip, basis;   /* ascending basis, then clip */
@@ -98,7 +100,8 @@ void shapes_free(shapes *sh);
 /* The whole bake of a scene, with or without meshes. Free `b` before `out`. */
 int shapes_bake(scene *s, int verbose, shapes *out, build *b, bake_error *error);
 
-/* Bits that a basis takes: those of the form, or 16 in a form of 8 where entries are not multiples of
+/* Bits that a basis takes: those of the form, or 16 in a form of 8 where entries are not multiples
+ * of
  * 256. */
 int shape_basis_bits(const shape_form *form, int basis);
 
@@ -107,8 +110,8 @@ int shape_block_bits(const shape_form *form, const shape_block *block);
 size_t shape_block_bytes(const shape_form *form, const shape_block *block);
 
 /* What the player makes of a form's stored integers, in doubles and before the affine part:
- * origin + rest + the weighted bases, of basis_count or fewer `bases`. value: a channel's each basis.
- * y: 3 vertex_count. */
+ * origin + rest + the weighted bases, of basis_count or fewer `bases`. value: a channel's each
+ * basis. y: 3 vertex_count. */
 void shape_form_eval(const shape_form *form, const double *value, int bases, double *y);
 
 #endif

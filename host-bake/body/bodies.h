@@ -1,7 +1,7 @@
-/* The elastic bodies of a scene: from meshes, materials and poses to motion.             [Schulz ch. 2]
- * What follows is done once and kept on disk (cache.h): tetrahedra, modes, dragged poses, reduced models. What
- * people change while they work - times, velocities, damping, stiffness, weights - is not in it and takes
- * milliseconds.
+/* The elastic bodies of a scene: from meshes, materials and poses to motion.      [Schulz ch. 2]
+ * What follows is done once and kept on disk (cache.h): tetrahedra, modes, dragged poses, reduced
+ * models. What people change while they work - times, velocities, damping, stiffness, weights - is
+ * not in it and takes milliseconds.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BAKE_BODIES_H
 #define BAKE_BODIES_H
@@ -41,7 +41,8 @@ typedef struct bodies {
 /* Files of poses become shapes of their meshes, so that mesh_load reads them: before it. */
 void bodies_want(scene *s);
 
-/* After mesh_load of all meshes: fills frames, and given bases, of the meshes that bodies move, and the curves
+/* After mesh_load of all meshes: fills frames, and given bases, of the meshes that bodies move, and
+ * the curves
  * of their outputs in the scene's clips. A chain's mesh is made here. */
 int bodies_make(scene *s, shapes *sh, int verbose, bodies *out, bake_error *error);
 void bodies_free(bodies *b);

@@ -27,15 +27,16 @@ typedef struct {
 } body;
 
 /* From rest, element and material: masses, and what the energy needs of the rest shape. Fails on an
- * element without volume or area, a vertex that no element uses, a material out of range; says which.
- * Lumped masses: a quarter of the incident volume, a third of the incident area [Schulz 2.3.2, 2.3.3]
- * times density (and thickness). */
+ * element without volume or area, a vertex that no element uses, a material out of range; says
+ * which. Lumped masses: a quarter of the incident volume, a third of the incident area [Schulz
+ * 2.3.2, 2.3.3] times density (and thickness). */
 int body_prepare(body *b, bake_error *error);
 void body_free(body *b);
 
 /* ---- energy (elastic.c calls solid.c or shell.c) ---------------------------------------------- */
 
-/* Symmetric 3 x 3 blocks of a Hessian: rows of vertex a, columns of vertex b, a >= b; several blocks
+/* Symmetric 3 x 3 blocks of a Hessian: rows of vertex a, columns of vertex b, a >= b; several
+ * blocks
  * of one pair add up. k[3 i + j] = d2V / dx_a,i dx_b,j. */
 typedef struct {
     int a, b;
@@ -57,7 +58,8 @@ double body_energy(const body *b, const double *x);
 void body_gradient(const body *b, const double *x, double *gradient);
 
 /* d2V(x), exact: at the rest shape only first derivatives of the component functions contribute
- * [Schulz lemma 1]; elsewhere the second ones too, so it may be indefinite. Appends to an empty list. */
+ * [Schulz lemma 1]; elsewhere the second ones too, so it may be indefinite. Appends to an empty
+ * list. */
 void body_hessian(const body *b, const double *x, body_blocks *out);
 
 #endif

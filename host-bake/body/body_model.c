@@ -1,5 +1,6 @@
 /* Reduced spaces of a body and the linear dynamic models in them.
- * Source: Schulz 2013, algorithm 2 and 2.8; one-point dynamics takes the modes at its base point alone.
+ * Source: Schulz 2013, algorithm 2 and 2.8; one-point dynamics takes the modes at its base point
+ * alone.
  *   S   n x count   what the space must hold: poses and modes, as differences from its origin
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "body_parts.h"

@@ -63,7 +63,8 @@ static int project_keys(body_work *w, const body_run *r, double **out, bake_erro
     return 0;
 }
 
-/* Rows of the region's vertices, each weighted by the root of its mass, so that a soft pose of all vertices
+/* Rows of the region's vertices, each weighted by the root of its mass, so that a soft pose of all
+ * vertices
  * weighs what a full one does. */
 static void partial_rows(const body_work *w, const space *sp, const scene_body_key *key,
                          const double *x, space_key *out)
@@ -348,7 +349,8 @@ static int has_seam(const body_clip *c)
     return c->loops && !joins;
 }
 
-/* Ticks apart: towards borders, where what is damped most decays, an eighth of what it is elsewhere. */
+/* Ticks apart: towards borders, where what is damped most decays, an eighth of what it is
+ * elsewhere. */
 static int spacing(int every, int distance, int finer)
 {
     int part = !finer || distance >= 4 * every ? 1 : distance >= 2 * every ? 2 : 4;

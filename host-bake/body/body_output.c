@@ -1,5 +1,7 @@
-/* What a body does to channels that servos follow: how far a place has moved, how far it has turned, a joint.
- * Source: own. Sampled as densely as the channel's tolerance asks; the player's velocity is that of the curve.
+/* What a body does to channels that servos follow: how far a place has moved, how far it has
+ * turned, a joint.
+ * Source: own. Sampled as densely as the channel's tolerance asks; the player's velocity is that of
+ * the curve.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "body_parts.h"
 
@@ -10,7 +12,8 @@
 #define STEP_MOST  0.016
 #define STEP_LEAST 0.001
 
-/* Of the tolerance, and of the range where none is given: what the curve between samples may miss. */
+/* Of the tolerance, and of the range where none is given: what the curve between samples may
+ * miss. */
 #define BETWEEN 0.1
 #define FINE    (0.1 / 8192)
 
@@ -28,7 +31,8 @@ static double shifted(const body_work *w, const scene_output *o, const double *x
     return sum / w->from->unit;
 }
 
-/* The angle about the axis that brings rest nearest to x, both about their centres: of the parts across the
+/* The angle about the axis that brings rest nearest to x, both about their centres: of the parts
+ * across the
  * axis, the sum of m r x r' over that of m r . r'. */
 static double turned(const body_work *w, const scene_output *o, const double *x)
 {
@@ -97,7 +101,8 @@ static void sample(const body_work *w, const scene_output *o, const body_clip *c
     free(x);
 }
 
-/* Largest distance of samples from the cubic through their neighbours: 64 times what half the step leaves. */
+/* Largest distance of samples from the cubic through their neighbours: 64 times what half the step
+ * leaves. */
 static double rough(const body_times *t, const double *value)
 {
     double worst = 0;

@@ -1,6 +1,6 @@
 /* What bodies do, as frames of meshes.
- * Source: own. The frames are what the certificate compares with, and what bases are found in when the motion
- * is not that of one linear model.
+ * Source: own. The frames are what the certificate compares with, and what bases are found in when
+ * the motion is not that of one linear model.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "body_parts.h"
 
@@ -63,7 +63,8 @@ double body_tolerance(const body_work *w)
 
 /* ---- how far apart ---------------------------------------------------------------------------- */
 
-/* Largest distance, in the middle between two frames, from the cubic through four of them: about ten times
+/* Largest distance, in the middle between two frames, from the cubic through four of them: about
+ * ten times
  * what the C2 spline through all of them misses. */
 static double between(const body_work *w, const body_target *target, const body_clip *c,
                       double step)

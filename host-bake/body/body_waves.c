@@ -1,7 +1,9 @@
-/* Bases and curves of a body whose motion is that of linear models: modal shapes, and their wiggly splines as the
+/* Bases and curves of a body whose motion is that of linear models: modal shapes, and their wiggly
+ * splines as the
  * player plays them.
  * Source: Schulz 2013, algorithm 1: x(t) = x + Phi w(t); the scale of a channel is ours.
- *   B   3 vertices x 1   what a channel value of 1 does to a mesh: the vertex that moves most moves by 1
+ *   B   3 vertices x 1   what a channel value of 1 does to a mesh: the vertex that moves most moves
+ *     by 1
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "body_parts.h"
 
@@ -28,7 +30,8 @@ typedef struct {
     wave *wave;
 } waves_work;
 
-/* Where a hard velocity meets a pose between the ends, the motion is C1, its channels' splines would be C2. */
+/* Where a hard velocity meets a pose between the ends, the motion is C1, its channels' splines
+ * would be C2. */
 static int has_stops(const body_run *r)
 {
     int found = 0;

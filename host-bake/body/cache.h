@@ -1,6 +1,7 @@
-/* What took long and may be wanted again: results on disk, found by a hash of all that they depend on.
- * In $XDG_CACHE_HOME/wiggly or ~/.cache/wiggly, at most 1 GB; the oldest go first. Deleting it costs time
- * alone, and a file that is damaged is one that is not there.
+/* What took long and may be wanted again: results on disk, found by a hash of all that they depend
+ * on.
+ * In $XDG_CACHE_HOME/wiggly or ~/.cache/wiggly, at most 1 GB; the oldest go first. Deleting it
+ * costs time alone, and a file that is damaged is one that is not there.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BAKE_CACHE_H
 #define BAKE_CACHE_H
@@ -19,7 +20,8 @@ void cache_key_add(cache_key *key, const void *data, size_t size);
 void cache_key_int(cache_key *key, int value);
 void cache_key_real(cache_key *key, double value);
 
-/* The bytes stored under a key, the caller's; NULL when there are none, or not `size` of them (0: any;
+/* The bytes stored under a key, the caller's; NULL when there are none, or not `size` of them (0:
+ * any;
  * *size then says how many). */
 void *cache_load(const cache_key *key, size_t *size);
 void cache_store(const cache_key *key, const void *data, size_t size);

@@ -2,10 +2,11 @@
  * Source: Schulz 2013, 2.3.1, 5.1, 5.2; errata S14, S15. Own: trees of any shape, gravity.
  *   q   d          coordinates, see chain.h
  *   J   2 x d      of a link's start: its velocity is J q'
- *   M   d x d      sum of m J^T J + I1 (J^T n e^T + e n^T J) + I2 e e^T over the links' rods: 5.2 with
+ *   M   d x d      sum of m J^T J + I1 (J^T n e^T + e n^T J) + I2 e e^T over the links' rods: 5.2
+ *     with
  *                  n = (-sin, cos) of the link, e the unit vector of its coordinate
- * The heights of all masses are sums of sines, y_0 + sum over links of (I1 + length * all masses beyond)
- * sin theta, so that gravity's Hessian is diagonal.
+ * The heights of all masses are sums of sines, y_0 + sum over links of (I1 + length * all masses
+ * beyond) sin theta, so that gravity's Hessian is diagonal.
  * Christoffel terms (2.4) are left out of d2V: they are multiplied with dV, 0 at an equilibrium.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "chain.h"
@@ -17,7 +18,8 @@
 
 #define COORDINATES_MAX (CHAIN_LINKS_MAX + 2)
 
-/* Where a link's angle comes from: q[coordinate] + offset; -1: offset alone (welded to the ground). */
+/* Where a link's angle comes from: q[coordinate] + offset; -1: offset alone (welded to the
+ * ground). */
 typedef struct {
     int size, coordinate[CHAIN_LINKS_MAX];
     double offset[CHAIN_LINKS_MAX];

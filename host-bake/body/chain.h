@@ -1,6 +1,9 @@
-/* Planar chains of rigid links with springs in their joints: the rod and Luxo.   [Schulz 2.3.1, 5.1, 5.2]
- *   q = (x, y, theta_1 .. theta_n)  position of the root [m], absolute angle of each link from the x axis,
- *                                   counter-clockwise [rad]; without a free root: q = (theta_1 .. theta_n)
+/* Planar chains of rigid links with springs in their joints: the rod and Luxo.   [Schulz 2.3.1,
+ * 5.1, 5.2]
+ *   q = (x, y, theta_1 .. theta_n)  position of the root [m], absolute angle of each link from the
+ *     x axis,
+ *                                   counter-clockwise [rad]; without a free root: q = (theta_1 ..
+ *                                     theta_n)
  * A tree: each link starts at the end of its parent, or at the root. Errata S14, S15.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BAKE_CHAIN_H
@@ -10,7 +13,8 @@
 
 #define CHAIN_LINKS_MAX 32
 
-/* A mass distribution along its link: a point mass at its end [Schulz 5.1] and a rod whose line density
+/* A mass distribution along its link: a point mass at its end [Schulz 5.1] and a rod whose line
+ * density
  * [kg/m] goes linearly from start to end [Schulz 5.2]. */
 typedef struct {
     int parent;        /* a link with a smaller index, -1: the root */

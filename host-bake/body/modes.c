@@ -23,11 +23,12 @@
 #define SMALL 200
 
 /* The first shift, relative to the largest eigenvalue: below the softest modes of solids of 1e5
- * elements, and yet so far from 0 that rounding in the others, eps times their distance over its, is
- * 1e-10. Those of thin shells are below it. */
+ * elements, and yet so far from 0 that rounding in the others, eps times their distance over its,
+ * is 1e-10. Those of thin shells are below it. */
 #define FIRST_SHIFT 1e-8
 
-/* Of modes nearer to 0 than the shift: so many are no reason for another one; what it should leave. */
+/* Of modes nearer to 0 than the shift: so many are no reason for another one; what it should
+ * leave. */
 #define NEAR_MOST 16
 #define NEAR_FEW  8
 
@@ -64,7 +65,8 @@ static int find_shift(shifted *s, bake_error *error)
                : err;
 }
 
-/* About how many modes are nearer to 0 than the shift: sum of (sigma/(lambda - sigma))^2, as the mean
+/* About how many modes are nearer to 0 than the shift: sum of (sigma/(lambda - sigma))^2, as the
+ * mean
  * square of what sigma (S - sigma)^-1 makes of noise says. */
 static double count_near(const shifted *s)
 {
@@ -83,9 +85,10 @@ static double count_near(const shifted *s)
     return s->sigma * s->sigma * sum;
 }
 
-/* Nearer while many modes are. Their number goes with the root of lambda for thin plates, faster for
- * anything else [Weyl]. Returns 1 when there are still many: what is nearer has no factor, or rounding
- * forbids it; -1: error. */
+/* Nearer while many modes are. Their number goes with the root of lambda for thin plates, faster
+ * for
+ * anything else [Weyl]. Returns 1 when there are still many: what is nearer has no factor, or
+ * rounding forbids it; -1: error. */
 static int jump(shifted *s, bake_error *error)
 {
     double least = -64 * DBL_EPSILON * s->bound;

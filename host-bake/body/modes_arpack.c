@@ -1,7 +1,8 @@
 /* ARPACK about a shift: the eigenpairs of S that lie nearest above it.
  *   S   n x n   symmetric;   S y = lambda y,   (S - sigma)^-1 y = y / (lambda - sigma)
- * Source: implicitly restarted Lanczos [Lehoucq, Sorensen, Yang, ARPACK users' guide], mode 3, on a Cholesky
- * factor of S - sigma. The start vector is fixed, so that the same matrix gives the same bits.
+ * Source: implicitly restarted Lanczos [Lehoucq, Sorensen, Yang, ARPACK users' guide], mode 3, on a
+ * Cholesky factor of S - sigma. The start vector is fixed, so that the same matrix gives the same
+ * bits.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "modes_parts.h"
 

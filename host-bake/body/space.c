@@ -5,11 +5,12 @@
  *   W   n x k           R S, columns of length 1
  *   X   n x d           orthonormal, spans what W spans; V = R^-1 X
  * A Gram matrix W^T W is off by a few eps |W|^2, so it tells singular values from noise above some
- * sqrt(eps) = 1.5e-8 of the largest, and columns divided by a singular value sigma are orthonormal to
- * eps / sigma^2 only. Hence pass 1 takes what is above 1e-4 (orthonormal to 1e-8); pass 2 does the same
- * to the rest, which has been rotated out of the first and is 1e-4 at most: its own Gram matrix resolves
- * 1e-4 sqrt(eps) = 1e-12, far below the 1e-7 where directions are dropped. Cholesky's factor of the Gram
- * matrix of all, which differs from 1 by about 1e-8, then brings them to eps.
+ * sqrt(eps) = 1.5e-8 of the largest, and columns divided by a singular value sigma are orthonormal
+ * to eps / sigma^2 only. Hence pass 1 takes what is above 1e-4 (orthonormal to 1e-8); pass 2 does
+ * the same to the rest, which has been rotated out of the first and is 1e-4 at most: its own Gram
+ * matrix resolves 1e-4 sqrt(eps) = 1e-12, far below the 1e-7 where directions are dropped.
+ * Cholesky's factor of the Gram matrix of all, which differs from 1 by about 1e-8, then brings them
+ * to eps.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "space.h"
 

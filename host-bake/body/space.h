@@ -1,9 +1,10 @@
 /* Reduced spaces and the linear dynamic models in them.                      [Schulz 2.7, 2.2.2]
- *   x = origin + V q                V  n x d, V^T M V = 1 (columns; n = 3 vertices, or a chain's size)
+ *   x = origin + V q                V  n x d, V^T M V = 1 (n = 3 vertices, or a chain's size)
  *   q = Phi c                       Phi  d x d, orthogonal: decoupled coordinates of one model
- *   c_i'' + 2 delta_i c_i' + s lambda_i c_i + s inner_i + outer_i = 0,  2 delta_i = alpha + beta s lambda_i
- * Each model is linearised about a point z of the space; c is counted from the space's origin for all of
- * them: inner = Phi^T V^T dV(z) - lambda Phi^T q_z, outer = -Phi^T V^T (constant forces).
+ *   c_i'' + 2 delta_i c_i' + s lambda_i c_i + s inner_i + outer_i = 0
+ *   2 delta_i = alpha + beta s lambda_i
+ * Each model is linearised about a point z of the space; c is counted from the space's origin for
+ * all of them: inner = Phi^T V^T dV(z) - lambda Phi^T q_z, outer = -Phi^T V^T (constant forces).
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BAKE_SPACE_H
 #define BAKE_SPACE_H
@@ -18,11 +19,13 @@ typedef struct {
     double *V;      /* n x d, column-major */
 } space;
 
-/* Algorithm 2 [Schulz 2.7.2]: an orthonormal basis, in the mass product, of `count` vectors (n x count,
- * column-major), each scaled to mass norm 1 first; directions whose singular value is below 1e-7 of the
- * largest are dropped. By SVD of sqrt(M) S through its Gram matrix and one re-orthonormalisation; |V^T M V -
- * 1| <= 1e-12 is checked. s->n, origin, mass or M are set by the caller before. Vectors that are rounding (16
- * eps of the origin's mass norm) are left out; fails when nothing is left. */
+/* Algorithm 2 [Schulz 2.7.2]: an orthonormal basis, in the mass product, of `count` vectors (n x
+ * count,
+ * column-major), each scaled to mass norm 1 first; directions whose singular value is below 1e-7 of
+ * the largest are dropped. By SVD of sqrt(M) S through its Gram matrix and one
+ * re-orthonormalisation; |V^T M V - 1| <= 1e-12 is checked. s->n, origin, mass or M are set by the
+ * caller before. Vectors that are rounding (16 eps of the origin's mass norm) are left out; fails
+ * when nothing is left. */
 int space_make(space *s, const double *vectors, int count, bake_error *error);
 void space_free(space *s);
 
@@ -41,7 +44,8 @@ typedef struct {
     double *Phi;           /* d x d, column-major: q = Phi c */
 } linear_model;
 
-/* K: d x d reduced Hessian V^T d2V(z) V (row-major, symmetric), q_z, gradient = V^T dV(z), force = V^T of the
+/* K: d x d reduced Hessian V^T d2V(z) V (row-major, symmetric), q_z, gradient = V^T dV(z), force =
+ * V^T of the
  * constant forces; noise as in modes.h. The sign of each column of Phi is fixed as in modes.h. */
 int linear_model_make(int d, const double *K, const double *q_z, const double *gradient,
                       const double *force, double noise, linear_model *out, bake_error *error);

@@ -1,5 +1,6 @@
 /* Linear dynamic models in a reduced space, and the reduced Hessian they come from.
- * Source: Schulz 2013, (2.10)-(2.12), (2.35)-(2.36). Own: the models count c from the space's origin.
+ * Source: Schulz 2013, (2.10)-(2.12), (2.35)-(2.36). Own: the models count c from the space's
+ * origin.
  *   K    d x d   V^T d2V(z) V, symmetric       Phi  d x d   K Phi = Phi diag(lambda), Phi^T Phi = 1
  * About z the coordinates u = c - Phi^T q_z obey
  *   u'' + 2 delta u' + s lambda u + s Phi^T V^T dV(z) - Phi^T V^T force = 0,
@@ -26,7 +27,8 @@ static int vertex_of(const body_block *block, int side)
     return side ? block->a : block->b;
 }
 
-/* Places of blocks in ascending order of their vertex on one side; those of one vertex stay in order. */
+/* Places of blocks in ascending order of their vertex on one side; those of one vertex stay in
+ * order. */
 static void sort_side(const body_blocks *K, int vertices, int side, const size_t *from, size_t *to)
 {
     size_t *next = bake_alloc((size_t)vertices + 1, sizeof *next);

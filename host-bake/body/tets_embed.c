@@ -12,7 +12,8 @@
 /* Of the body's size: a point that near to a vertex is the vertex. */
 #define SAME 1e-9
 
-/* Of a weight: rounding may put a point on a face outside of both its tetrahedra. Distances are equal
+/* Of a weight: rounding may put a point on a face outside of both its tetrahedra. Distances are
+ * equal
  * within it when the nearest point is on an edge. */
 #define ROUNDING 1e-12
 

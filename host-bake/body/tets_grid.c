@@ -36,7 +36,8 @@ static void size_cells(tets_grid *g, int count)
         g->cells[k] = 1 + (int)fmin(floor(extent[k] / g->edge), CELLS_MAX);
 }
 
-/* Goes over the cells of every box: counts them in start[cell + 1], or, the second time, fills items. */
+/* Goes over the cells of every box: counts them in start[cell + 1], or, the second time, fills
+ * items. */
 static void spread(tets_grid *g, int count, tets_grid_box *box, const void *what)
 {
     for (int i = 0; i < count; i++) {
@@ -154,7 +155,8 @@ static void visit_ring(nearing *n, const int centre[3], int ring)
         }
 }
 
-/* What lies in a ring is (ring - 1) edges or more away from the point of the grid that is nearest to p, and
+/* What lies in a ring is (ring - 1) edges or more away from the point of the grid that is nearest
+ * to p, and
  * that point is off p at a right angle or a wider one. */
 void tets_grid_near(const tets_grid *g, const double *p, double (*visit)(void *, int), void *what)
 {

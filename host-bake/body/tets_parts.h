@@ -5,7 +5,8 @@
 
 #include "tets.h"
 
-/* 0 and the volume inside, in the surface's unit; or -1 and what is wrong, where, and what to do. */
+/* 0 and the volume inside, in the surface's unit; or -1 and what is wrong, where, and what to
+ * do. */
 int tets_check(const surface *s, const surface_origin *origin, double *volume, bake_error *error);
 
 /* An edge of one triangle of a surface. */
@@ -29,7 +30,8 @@ typedef struct {
     int (*triangle)[3]; /* triangle_count */
 } tets_triangles;
 
-/* The same surface with all edges that are longer than `longest` halved until none is; its first vertices
+/* The same surface with all edges that are longer than `longest` halved until none is; its first
+ * vertices
  * are those of `s`. The caller frees it. -1: more than triangles_max of them. */
 int tets_split(const surface *s, double longest, int triangles_max, tets_triangles *out);
 surface tets_look(const tets_triangles *t);
@@ -43,7 +45,8 @@ typedef struct {
     int corner[3], element;
 } tets_face;
 
-/* A uniform grid of cubes over `count` boxes: the boxes of cell i are item[start[i]] .. item[start[i + 1] - 1].
+/* A uniform grid of cubes over `count` boxes: the boxes of cell i are item[start[i]] ..
+ * item[start[i + 1] - 1].
  */
 typedef struct {
     double low[3], high[3], edge;
@@ -61,7 +64,8 @@ void tets_grid_free(tets_grid *g);
 /* Visits what may contain p. */
 void tets_grid_at(const tets_grid *g, const double *p, void (*visit)(void *, int), void *what);
 
-/* Visits what may be nearest to p, some of it more than once. `visit` returns the square of the smallest
+/* Visits what may be nearest to p, some of it more than once. `visit` returns the square of the
+ * smallest
  * distance so far. */
 void tets_grid_near(const tets_grid *g, const double *p, double (*visit)(void *, int), void *what);
 

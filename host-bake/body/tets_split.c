@@ -1,6 +1,6 @@
 /* Halves the long edges of a surface, so that tetrahedra of the size asked for fit under it.
- * Source: own. TetGen would do it too, but then it wants good angles between all triangles as well, and
- * takes 20 times as many tetrahedra for a scanned animal.
+ * Source: own. TetGen would do it too, but then it wants good angles between all triangles as well,
+ * and takes 20 times as many tetrahedra for a scanned animal.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "tets_parts.h"
 
@@ -34,7 +34,8 @@ static int add_middle(tets_triangles *g, int a, int b)
     return g->vertex_count++;
 }
 
-/* Adds the middle of every edge that is too long; middle[3 triangle + k] is that of the edge from corner k
+/* Adds the middle of every edge that is too long; middle[3 triangle + k] is that of the edge from
+ * corner k
  * to the next, or -1. Returns how many there are. */
 static int add_middles(tets_triangles *g, double longest, int *middle)
 {

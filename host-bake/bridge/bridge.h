@@ -1,4 +1,5 @@
-/* CGAL and TetGen for C: plain arrays and counts go in, an int and plain arrays come out, no exception
+/* CGAL and TetGen for C: plain arrays and counts go in, an int and plain arrays come out, no
+ * exception
  * leaves. All of it may crash on what its authors did not think of: call it through isolate.h.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BAKE_BRIDGE_H
@@ -39,9 +40,10 @@ typedef struct {
 /* BRIDGE_GOOD, BRIDGE_FLAT or -1. Exact. */
 int bridge_check_flat(const bridge_surface *s, bridge_fault *fault, bridge_message *message);
 
-/* Of a surface in which every edge has two triangles, every vertex one fan of them, and none is flat:
- * BRIDGE_GOOD and the volume inside, whichever way the triangles are turned; or one of the others, or
- * -1. Exact, but for the volume's rounding. */
+/* Of a surface in which every edge has two triangles, every vertex one fan of them, and none is
+ * flat:
+ * BRIDGE_GOOD and the volume inside, whichever way the triangles are turned; or one of the others,
+ * or -1. Exact, but for the volume's rounding. */
 int bridge_check_solid(const bridge_surface *s, double *volume, bridge_fault *fault,
                        bridge_message *message);
 
@@ -58,7 +60,8 @@ typedef struct {
     int added_max;     /* vertices inside */
 } bridge_fill;
 
-/* Fills a surface that the checks above find good; its triangles are the outer faces. 0, or -1 and a
+/* Fills a surface that the checks above find good; its triangles are the outer faces. 0, or -1 and
+ * a
  * message. */
 int bridge_tetgen(const bridge_surface *s, const bridge_fill *fill, bridge_tets *out,
                   bridge_message *message);
