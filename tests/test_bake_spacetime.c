@@ -5,8 +5,7 @@
 
 /* ---- interpolation and smoothness ------------------------------------------------------------ */
 
-/* Derivatives from both sides of t, 1e-7 apart: what is continuous changes by 1e-7 times the next
- * derivative, of which a difference over 1e-3 on either side is an estimate. */
+/* What is continuous changes over 1e-7 by that times its slope, estimated over 1e-3 on each side. */
 static void check_smooth(const motion *m, double t, double size)
 {
     double a[3][D_MAX], b[3][D_MAX], far[3][D_MAX], e = 1e-7;
