@@ -10,6 +10,23 @@
 #include <string.h>
 #include <unistd.h>
 
+/* What to say of a channel that nobody wrote. */
+static const char *whose(const build *b, int channel)
+{
+    int made = b->shapes && channel >= b->shapes->channel_first;
+    for (int i = 0; made && i < b->shapes->count; i++) {
+        const shape_given *g = b->shapes->mesh[i].given;
+        if (g && channel >= g->channel && channel < g->channel + g->count) {
+            return " (a vibration of a body: lower its `modes`, damp it, give the motion more "
+                   "time, "
+                   "or raise `tick_rate` or the mesh's tolerance)";
+        }
+    }
+    return made ? " (a mesh's own channel: it follows the mesh's tolerance; of a body that moves "
+                  "fast, lower `modes` or give it more time)"
+                : "";
+}
+
 static int fit_clip(build *b, int i, bake_error *error)
 {
     const scene *s = b->scene;
@@ -20,11 +37,9 @@ static int fit_clip(build *b, int i, bake_error *error)
                                b->tolerance[c->channel]};
         if (fit_track(&p, &b->track[i][j], error) < 0) {
             bake_error inner = *error;
-            int made = b->shapes && c->channel >= b->shapes->channel_first;
-            return bake_fail(error, "%s:%d: clip %s, channel %s: %.700s%s", s->path, c->line,
+            return bake_fail(error, "%s:%d: clip %s, channel %s: %.600s%s", s->path, c->line,
                              s->clips[i].name, s->channels[c->channel].name, inner.text,
-                             made ? " (a mesh's own channel: it follows the mesh's tolerance)"
-                                  : "");
+                             whose(b, c->channel));
         }
     }
     return 0;

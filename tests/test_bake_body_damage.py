@@ -230,7 +230,8 @@ def regions_that_hold_nothing_or_everything_are_named():
             (scene(SOLID, "below: {y: 0.5}", "below: {y: 99}"), None, "holds"),
             (scene(SOLID, *one, *line), obj(*TETRAHEDRON), "one vertex alone"),
             (scene(SHELL, "drag: [{region: tip, by: [0, -2, 8]}]", "move: [0, 0, 9]"), None, "s.yaml:25:",
-             "'bent' moves by 9", "`about`")])
+             "'bent' moves by 9", "`about`"),
+            (scene(SHELL, channel="deg", output="region: tip, turn: x"), None, "a line along the axis")])
     accept((scene(SOLID, *one), obj(*TETRAHEDRON)))
 
 

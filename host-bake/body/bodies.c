@@ -118,7 +118,7 @@ static int show(body_work *w, const body_clip *clips, int count, bodies *out, ba
 static int move(body_work *w, scene *s, bodies *out, bake_error *error)
 {
     body_clip *clips = bake_alloc((size_t)s->clip_count, sizeof *clips);
-    int err = 0, count = 0;
+    int err = body_output_check(w, error), count = 0;
     for (; count < s->clip_count && err == 0; count++) {
         body_progress(w, s->clips[count].name);
         err = body_clip_make(w, count, &clips[count], error);

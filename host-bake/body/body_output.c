@@ -80,6 +80,36 @@ static double joint(const body_work *w, const scene_output *o, const double *q)
     return angle / DEGREE;
 }
 
+/* A region that is a line along the axis does not turn about it. */
+int body_output_check(const body_work *w, bake_error *error)
+{
+    for (int i = 0; i < w->from->output_count; i++) {
+        const scene_output *o = &w->from->outputs[i];
+        if (o->kind != OUTPUT_TURN) {
+            continue;
+        }
+        const vertex_list *list = body_region(w, o->region);
+        double centre[3], across = 0, size = 0;
+        body_centre(w, list, w->rest, centre);
+        for (int k = 0; k < list->count; k++) {
+            double along = 0, square = 0;
+            for (int a = 0; a < 3; a++) {
+                double r = w->rest[3 * list->vertex[k] + a] - centre[a];
+                along += o->direction[a] * r;
+                square += r * r;
+            }
+            across = fmax(across, square - along * along);
+            size = fmax(size, square);
+        }
+        if (across <= 1e-9 * size) {
+            return body_fail(w, o->line, error,
+                             "the region of this output is a line along the axis, or a point: how "
+                             "far it turns cannot be seen; make it larger across the axis");
+        }
+    }
+    return 0;
+}
+
 static double value_of(const body_work *w, const scene_output *o, const double *x)
 {
     return o->kind == OUTPUT_SHIFT  ? shifted(w, o, x)

@@ -165,6 +165,8 @@ void body_times_free(body_times *t);
 
 /* body_output.c: curves of the scene's channels in one clip. */
 void body_outputs(const body_work *w, const body_clip *c, scene *s);
+/* Fails where an output could only be 0. */
+int body_output_check(const body_work *w, bake_error *error);
 
 /* Positions of a mesh's vertices at x [scene units]; of a displacement u of the body: theirs. */
 void body_surface_shift(const body_work *w, const body_target *target, const double *u, double *at);
