@@ -13,8 +13,7 @@ typedef struct {
 } mesh_part;
 
 /* The frames of one entry of clips[clip].meshes, evenly spaced; or of what a body does in a clip,
- * at any
- * times. */
+ * at any times. */
 typedef struct {
     int clip, motion; /* scene.clips[clip].motions[motion]; -1: a body's */
     int count;        /* frames, >= 1 */

@@ -8,8 +8,8 @@
 #include "spline.h"
 #include "wiggly_format.h"
 
-/* sources: - {name: walk, file: walk.bvh, animation: 0}
- * file: relative to the scene file; .csv = columns, anything else goes through Assimp. */
+/* sources: - {name: walk, file: walk.bvh, animation: 0} file: relative to the scene file; .csv =
+ * columns, anything else goes through Assimp. */
 typedef struct {
     char *name, *file; /* file: as the baker opens it */
     int animation;

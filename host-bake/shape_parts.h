@@ -41,8 +41,7 @@ typedef struct {
 } shape_span;
 
 /* Adds bases of `piece` that are 0 outside `span` until no vertex of it is off by more than
- * `limit`,
- * or there are `most`: then they are the plain principal components. */
+ * `limit`, or there are `most`: then they are the plain principal components. */
 int shape_reduce(shape_reduction *r, shape_span span, int piece, double limit, bake_error *error);
 
 /* Largest distance of a posed vertex in the span. */
@@ -109,13 +108,11 @@ int shape_stack(const scene *s, shape_mesh *m, bake_error *error); /* shape_solv
 /* The box of all frames and of what curves do between them. at: frame_count of them. */
 void shape_reach(const double *const *at, const shape_mesh *m, double lo[3], double hi[3]);
 /* Bases by what they do to the posed surface, the most important first: a device may use only the
- * first
- * ones. */
+ * first ones. */
 void shape_order_bases(const shape_mesh *m, shape_form *form);
 
 /* Sorts the mesh's vertices: those that no basis moves last [Alexa 7.3.3, N7]; and, if `each`,
- * those
- * that the same bases move together [N8], for at most 64 bases. */
+ * those that the same bases move together [N8], for at most 64 bases. */
 void shape_order_vertices(shape_mesh *m, int each);
 
 /* Sets origin and frac for everything between lo and hi, with the values' margin, and for |way| of

@@ -20,8 +20,7 @@ static void choose(const double *F, int every, int kept, const shape_pca *out, d
 }
 
 /* B and S of the chosen columns. The divide-and-conquer driver, economical: rank columns of B. It
- * may not
- * converge where many singular values are rounding; the slower one by QR does. */
+ * may not converge where many singular values are rounding; the slower one by QR does. */
 static int decompose(const double *F, int every, int kept, shape_pca *out, bake_error *error)
 {
     size_t rows = (size_t)out->rows, rank = (size_t)out->rank;

@@ -14,8 +14,8 @@
 #include "shape_affine.h"
 
 /* Bases that are known beforehand and have curves of their own: the modes of an elastic body,
- * shared by all
- * meshes that it moves. A channel value of 1 moves the vertex that moves most by 1. */
+ * shared by all meshes that it moves. A channel value of 1 moves the vertex that moves most by
+ * 1. */
 typedef struct {
     int clip, basis;   /* ascending basis, then clip */
     scene_curve curve; /* without its channel; owned */

@@ -42,8 +42,7 @@ typedef struct bodies {
 void bodies_want(scene *s);
 
 /* After mesh_load of all meshes: fills frames, and given bases, of the meshes that bodies move, and
- * the curves
- * of their outputs in the scene's clips. A chain's mesh is made here. */
+ * the curves of their outputs in the scene's clips. A chain's mesh is made here. */
 int bodies_make(scene *s, shapes *sh, int verbose, bodies *out, bake_error *error);
 void bodies_free(bodies *b);
 

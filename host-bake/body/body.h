@@ -36,8 +36,7 @@ void body_free(body *b);
 /* ---- energy (elastic.c calls solid.c or shell.c) ---------------------------------------------- */
 
 /* Symmetric 3 x 3 blocks of a Hessian: rows of vertex a, columns of vertex b, a >= b; several
- * blocks
- * of one pair add up. k[3 i + j] = d2V / dx_a,i dx_b,j. */
+ * blocks of one pair add up. k[3 i + j] = d2V / dx_a,i dx_b,j. */
 typedef struct {
     int a, b;
     double k[9];

@@ -64,8 +64,7 @@ static int project_keys(body_work *w, const body_run *r, double **out, bake_erro
 }
 
 /* Rows of the region's vertices, each weighted by the root of its mass, so that a soft pose of all
- * vertices
- * weighs what a full one does. */
+ * vertices weighs what a full one does. */
 static void partial_rows(const body_work *w, const space *sp, const scene_body_key *key,
                          const double *x, space_key *out)
 {

@@ -32,8 +32,7 @@ static double shifted(const body_work *w, const scene_output *o, const double *x
 }
 
 /* The angle about the axis that brings rest nearest to x, both about their centres: of the parts
- * across the
- * axis, the sum of m r x r' over that of m r . r'. */
+ * across the axis, the sum of m r x r' over that of m r . r'. */
 static double turned(const body_work *w, const scene_output *o, const double *x)
 {
     const vertex_list *list = body_region(w, o->region);

@@ -19,8 +19,7 @@ typedef struct {
 typedef struct {
     shape_mesh *m;
     embedding *at; /* mesh.vertex_count, NULL: its vertices are the body's first ones */
-    double *
-        apart; /* 3 mesh.vertex_count: how far each lies from there at rest [scene units]; or NULL */
+    double *apart; /* 3 mesh.vertex_count: how far each lies from there at rest [unit]; or NULL */
 } body_target;
 
 typedef struct {
@@ -88,8 +87,7 @@ void body_shift(const body_work *w, const scene_shift *shift, const double *x, d
 int body_link_coordinate(const body_work *w, int link);
 
 /* body_modes.c: the lowest modes at x, of the potential whose rest is x itself if `moved` [Schulz
- * algorithm 2],
- * else of the true one; k elastic ones behind the rigid and the unstable ones. */
+ * algorithm 2], else of the true one; k elastic ones behind the rigid and the unstable ones. */
 int body_modes(const body_work *w, const freedom *f, const double *x, int moved, modes *out,
                bake_error *error);
 int body_own_modes(body_work *w, bake_error *error);
@@ -97,8 +95,7 @@ int body_own_modes(body_work *w, bake_error *error);
 /* ---- motion ----------------------------------------------------------------------------------- */
 
 /* Actions with the same dynamics, constraints and base point, of all clips: they share a reduced
- * space, so
- * that they share bases and channels. */
+ * space, so that they share bases and channels. */
 typedef struct body_group {
     const scene_action *like;
     space sp;
@@ -141,9 +138,8 @@ void body_clip_free(body_clip *c);
 void body_clip_eval(const body_work *w, const body_clip *c, double t, double *x);
 
 /* body_show.c: frames of the body's meshes in `count` clips, `step` seconds apart; 0: as near as
- * the tolerance
- * asks of a spline through them. body_waves.c: bases and curves as well, when each clip is made of
- * splines of few models (body_waves_possible). */
+ * the tolerance asks of a spline through them. body_waves.c: bases and curves as well, when each
+ * clip is made of splines of few models (body_waves_possible). */
 int body_show(body_work *w, const body_clip *clips, int count, double step, bake_error *error);
 int body_waves_possible(const body_clip *clips, int count);
 int body_waves(body_work *w, const body_clip *clips, int count, shape_given *out,
@@ -153,8 +149,7 @@ int body_waves(body_work *w, const body_clip *clips, int count, shape_given *out
 double body_tolerance(const body_work *w);
 
 /* Times at which a clip is looked at [s], and where velocities jump: ticks that are multiples of
- * the step, and
- * those where an action begins or ends. finer: less far apart near these. */
+ * the step, and those where an action begins or ends. finer: less far apart near these. */
 typedef struct {
     int count; /* time has one more: where a loop begins again */
     double *time;

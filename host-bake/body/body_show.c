@@ -64,8 +64,7 @@ double body_tolerance(const body_work *w)
 /* ---- how far apart ---------------------------------------------------------------------------- */
 
 /* Largest distance, in the middle between two frames, from the cubic through four of them: about
- * ten times
- * what the C2 spline through all of them misses. */
+ * ten times what the C2 spline through all of them misses. */
 static double between(const body_work *w, const body_target *target, const body_clip *c,
                       double step)
 {

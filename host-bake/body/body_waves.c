@@ -1,6 +1,5 @@
 /* Bases and curves of a body whose motion is that of linear models: modal shapes, and their wiggly
- * splines as the
- * player plays them.
+ * splines as the player plays them.
  * Source: Schulz 2013, algorithm 1: x(t) = x + Phi w(t); the scale of a channel is ours.
  *   B   3 vertices x 1   what a channel value of 1 does to a mesh: the vertex that moves most moves
  *     by 1

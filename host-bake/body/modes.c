@@ -66,8 +66,7 @@ static int find_shift(shifted *s, bake_error *error)
 }
 
 /* About how many modes are nearer to 0 than the shift: sum of (sigma/(lambda - sigma))^2, as the
- * mean
- * square of what sigma (S - sigma)^-1 makes of noise says. */
+ * mean square of what sigma (S - sigma)^-1 makes of noise says. */
 static double count_near(const shifted *s)
 {
     size_t n = (size_t)s->S->n;
@@ -86,8 +85,7 @@ static double count_near(const shifted *s)
 }
 
 /* Nearer while many modes are. Their number goes with the root of lambda for thin plates, faster
- * for
- * anything else [Weyl]. Returns 1 when there are still many: what is nearer has no factor, or
+ * for anything else [Weyl]. Returns 1 when there are still many: what is nearer has no factor, or
  * rounding forbids it; -1: error. */
 static int jump(shifted *s, bake_error *error)
 {

@@ -20,9 +20,8 @@ typedef struct {
 } space;
 
 /* Algorithm 2 [Schulz 2.7.2]: an orthonormal basis, in the mass product, of `count` vectors (n x
- * count,
- * column-major), each scaled to mass norm 1 first; directions whose singular value is below 1e-7 of
- * the largest are dropped. By SVD of sqrt(M) S through its Gram matrix and one
+ * count, column-major), each scaled to mass norm 1 first; directions whose singular value is below
+ * 1e-7 of the largest are dropped. By SVD of sqrt(M) S through its Gram matrix and one
  * re-orthonormalisation; |V^T M V - 1| <= 1e-12 is checked. s->n, origin, mass or M are set by the
  * caller before. Vectors that are rounding (16 eps of the origin's mass norm) are left out; fails
  * when nothing is left. */
@@ -45,8 +44,8 @@ typedef struct {
 } linear_model;
 
 /* K: d x d reduced Hessian V^T d2V(z) V (row-major, symmetric), q_z, gradient = V^T dV(z), force =
- * V^T of the
- * constant forces; noise as in modes.h. The sign of each column of Phi is fixed as in modes.h. */
+ * V^T of the constant forces; noise as in modes.h. The sign of each column of Phi is fixed as in
+ * modes.h. */
 int linear_model_make(int d, const double *K, const double *q_z, const double *gradient,
                       const double *force, double noise, linear_model *out, bake_error *error);
 

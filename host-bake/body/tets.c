@@ -1,6 +1,5 @@
 /* Fills a surface with tetrahedra: CGAL's checks and TetGen in a process of their own, what comes
- * back
- * is believed only as far as it is checked.
+ * back is believed only as far as it is checked.
  * Source: TetGen 1.5.0 (H. Si) behind bridge.h; own: what is asked of it and what is checked.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "bridge.h"
@@ -19,8 +18,7 @@
 #define TETS_EACH 1.7
 
 /* Without a cell of its own a mesh has about as many inside, or less where its triangles are large:
- * enough
- * for its lowest modes. */
+ * enough for its lowest modes. */
 #define TETS_USUAL 50000
 
 /* A tetrahedron's circumscribed radius is at most this many of its shortest edges: TetGen's promise
@@ -28,24 +26,20 @@
 #define RATIO 1.3
 
 /* Of vertices that TetGen adds: a million tetrahedra have about 170,000, and where the limit is met
- * there
- * are more than a million. */
+ * there are more than a million. */
 #define ADDED_MAX 400000
 
 /* TetGen 1.5.0 fails an assertion on some surfaces whose triangles are nearly in one plane, like
- * halves of
- * one whose corners were rounded: of 1,077 damaged spheres 27 with its own tolerance of 1e-8, of
- * 2,190 none with this. */
+ * halves of one whose corners were rounded: of 1,077 damaged spheres 27 with its own tolerance of
+ * 1e-8, of 2,190 none with this. */
 #define TOLERANCE 1e-6
 
 /* The surface's edges are halved until none is longer than this many cells: then most are about one
- * cell
- * long, and a surface that is drawn in triangles of that size keeps nearly all of them. */
+ * cell long, and a surface that is drawn in triangles of that size keeps nearly all of them. */
 #define LONGEST 2.0
 
 /* Six volumes over the cube of the longest edge: rounding makes as much of a tetrahedron in a
- * plane, in
- * coordinates that lie 1e4 of its edges off. */
+ * plane, in coordinates that lie 1e4 of its edges off. */
 #define FLAT 1e-12
 
 /* Relative: the filled volume is the surface's, but for the rounded middles of its edges. */
@@ -164,8 +158,7 @@ static int check_body(const job *j, const body *b, bake_error *error)
 /* ---- what is asked of TetGen ------------------------------------------------------------------- */
 
 /* The mean of the surface's edges; each belongs to two triangles, so that it does not matter that
- * all are
- * counted twice. */
+ * all are counted twice. */
 static double mean_edge(const surface *s)
 {
     double sum = 0.0;
@@ -222,8 +215,7 @@ static void give_hint(job *j)
 /* ---- in the process --------------------------------------------------------------------------- */
 
 /* TetGen drops vertices that it does not use; should it add one and forget it, it goes too. The
- * surface's
- * stay: check_vertices says when one of them is left out. */
+ * surface's stay: check_vertices says when one of them is left out. */
 static void drop_unused(const surface *s, bridge_tets *t)
 {
     int *place = bake_alloc((size_t)t->vertex_count, sizeof *place), kept = 0;

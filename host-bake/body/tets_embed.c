@@ -13,8 +13,7 @@
 #define SAME 1e-9
 
 /* Of a weight: rounding may put a point on a face outside of both its tetrahedra. Distances are
- * equal
- * within it when the nearest point is on an edge. */
+ * equal within it when the nearest point is on an edge. */
 #define ROUNDING 1e-12
 
 typedef struct {

@@ -156,8 +156,7 @@ static void visit_ring(nearing *n, const int centre[3], int ring)
 }
 
 /* What lies in a ring is (ring - 1) edges or more away from the point of the grid that is nearest
- * to p, and
- * that point is off p at a right angle or a wider one. */
+ * to p, and that point is off p at a right angle or a wider one. */
 void tets_grid_near(const tets_grid *g, const double *p, double (*visit)(void *, int), void *what)
 {
     nearing n = {g, p, visit, what, HUGE_VAL};

@@ -31,8 +31,7 @@ typedef struct {
 } tets_triangles;
 
 /* The same surface with all edges that are longer than `longest` halved until none is; its first
- * vertices
- * are those of `s`. The caller frees it. -1: more than triangles_max of them. */
+ * vertices are those of `s`. The caller frees it. -1: more than triangles_max of them. */
 int tets_split(const surface *s, double longest, int triangles_max, tets_triangles *out);
 surface tets_look(const tets_triangles *t);
 void tets_triangles_free(tets_triangles *t);
@@ -65,8 +64,7 @@ void tets_grid_free(tets_grid *g);
 void tets_grid_at(const tets_grid *g, const double *p, void (*visit)(void *, int), void *what);
 
 /* Visits what may be nearest to p, some of it more than once. `visit` returns the square of the
- * smallest
- * distance so far. */
+ * smallest distance so far. */
 void tets_grid_near(const tets_grid *g, const double *p, double (*visit)(void *, int), void *what);
 
 #endif

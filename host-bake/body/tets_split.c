@@ -35,8 +35,7 @@ static int add_middle(tets_triangles *g, int a, int b)
 }
 
 /* Adds the middle of every edge that is too long; middle[3 triangle + k] is that of the edge from
- * corner k
- * to the next, or -1. Returns how many there are. */
+ * corner k to the next, or -1. Returns how many there are. */
 static int add_middles(tets_triangles *g, double longest, int *middle)
 {
     const surface s = tets_look(g);

@@ -1,6 +1,5 @@
 /* What is wrong with a surface that is to be filled, said where it is. How its triangles hang
- * together
- * is found here, what they do in space by CGAL.
+ * together is found here, what they do in space by CGAL.
  * Source: own.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "bridge.h"
@@ -215,8 +214,7 @@ static int find_loose(const surface *s, bridge_fault *out)
 }
 
 /* Every edge has two triangles: across it the corners at each of its ends belong to one fan. A
- * vertex
- * with corners of two fans is one too many. */
+ * vertex with corners of two fans is one too many. */
 static int find_touching(const surface *s, const tets_edge *list, bridge_fault *out)
 {
     int corners = 3 * s->triangle_count;

@@ -1,6 +1,6 @@
 /* CGAL and TetGen for C: plain arrays and counts go in, an int and plain arrays come out, no
- * exception
- * leaves. All of it may crash on what its authors did not think of: call it through isolate.h.
+ * exception leaves. All of it may crash on what its authors did not think of: call it through
+ * isolate.h.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BAKE_BRIDGE_H
 #define BAKE_BRIDGE_H
@@ -61,8 +61,7 @@ typedef struct {
 } bridge_fill;
 
 /* Fills a surface that the checks above find good; its triangles are the outer faces. 0, or -1 and
- * a
- * message. */
+ * a message. */
 int bridge_tetgen(const bridge_surface *s, const bridge_fill *fill, bridge_tets *out,
                   bridge_message *message);
 void bridge_tets_free(bridge_tets *t);
