@@ -23,9 +23,8 @@ typedef struct {
     double angle;      /* absolute, in the rest pose [rad] */
     double end_mass;   /* [kg] */
     double density[2]; /* [kg/m] at its start and end */
-    double
-        spring; /* of its joint: V = spring/2 (theta - theta_parent - rest)^2 [N m/rad]; for links at
-                           the root: against the ground, 0 = none */
+    double spring;     /* of its joint [N m/rad]: V = spring/2 (theta - theta_parent - rest)^2; of a
+                          link at the root: against the ground, 0 = none */
 } chain_link;
 
 typedef struct {
