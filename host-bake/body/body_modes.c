@@ -83,8 +83,9 @@ static int hessian(const body_work *w, const double *x, int moved, body_blocks *
     return err;
 }
 
-static int solve(const body_work *w, const freedom *f, const body_blocks *blocks, modes *out,
-                 bake_error *error)
+/* more: beside the modes that are wanted and those that are rigid. */
+static int solve(const body_work *w, const freedom *f, const body_blocks *blocks, int more,
+                 modes *out, bake_error *error)
 {
     sparse K;
     if (sparse_from_blocks(blocks, f, &K, error) < 0) {
@@ -96,11 +97,20 @@ static int solve(const body_work *w, const freedom *f, const body_blocks *blocks
             M[j] = w->b.mass[i];
         }
     }
-    int most = f->count - 1, count = w->from->modes + RIGID;
+    int most = f->count - 1, count = w->from->modes + RIGID + more;
     int err = modes_solve(&K, M, count < most ? count : most, out, error);
     free(M);
     sparse_free(&K);
     return err;
+}
+
+/* Nothing holds it, and it is at rest: it has all rigid motions. One vector at a time, ARPACK finds
+ * copies of an eigenvalue by rounding alone; should one be missing, a larger space finds it. */
+#define MORE 6
+
+static int floats(const body_work *w, const freedom *f, const double *x, int moved)
+{
+    return f->count == w->n && (moved || memcmp(x, w->rest, (size_t)w->n * sizeof *x) == 0);
 }
 
 /* k elastic modes behind the others. */
@@ -140,7 +150,11 @@ int body_modes(const body_work *w, const freedom *f, const double *x, int moved,
     body_blocks blocks = {0};
     int err = hessian(w, x, moved, &blocks, &inner);
     if (err == 0) {
-        err = solve(w, f, &blocks, out, &inner);
+        err = solve(w, f, &blocks, 0, out, &inner);
+    }
+    if (err == 0 && floats(w, f, x, moved) && out->rigid < RIGID) {
+        modes_free(out);
+        err = solve(w, f, &blocks, MORE, out, &inner);
     }
     body_blocks_free(&blocks);
     if (err < 0) {
