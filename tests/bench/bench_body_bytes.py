@@ -21,6 +21,7 @@ import sys
 import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+GROWN = 1.02  # modes of one frequency are any basis of theirs: another processor finds another one
 TABLE = os.path.join(ROOT, "tests", "budget", "body_bytes.csv")
 SCENES = "rod luxo block cactus cloth walk bug".split()
 FIELDS = "scene,vertices,bases,waves,clip,motion,int16,same,ratio,error,tolerance".split(",")
@@ -31,7 +32,7 @@ def bake(scene, directory):
     subprocess.run([os.path.join(ROOT, "build", "wiggly"), "bake",
                     os.path.join(ROOT, "examples", scene, scene + ".yaml"), "-o",
                     os.path.join(directory, scene + ".wgl"), "--json", out, "--quiet"],
-                   check=True, timeout=300)
+                   check=True, timeout=300, env=dict(os.environ, XDG_CACHE_HOME=directory))
     with open(out, encoding="utf-8") as f:
         return json.load(f)
 
@@ -72,7 +73,7 @@ def main():
     with open(TABLE, newline="", encoding="utf-8") as f:
         known = {r["scene"]: r for r in csv.DictReader(f)}
     bad = [r["scene"] for r in rows if r["scene"] not in known or
-           r["clip"] > int(known[r["scene"]]["clip"]) or r["error"] > r["tolerance"]]
+           r["clip"] > GROWN * int(known[r["scene"]]["clip"]) or r["error"] > r["tolerance"]]
     for scene in bad:
         print(f"{scene}: {next(r for r in rows if r['scene'] == scene)['clip']} bytes, the table has "
               f"{known.get(scene, {}).get('clip')}: see {os.path.relpath(TABLE, ROOT)}")
