@@ -101,16 +101,6 @@ static void cut_capture(bake_curve *curve, double end)
     }
 }
 
-static void append_curve(bake_curve *curve, bake_curve *more)
-{
-    size_t count = (size_t)(curve->count + more->count);
-    curve->segment = bake_grow(curve->segment, count, sizeof *curve->segment);
-    memcpy(curve->segment + curve->count, more->segment,
-           (size_t)more->count * sizeof *curve->segment);
-    curve->count += more->count;
-    bake_curve_free(more);
-}
-
 /* C2 from one sample where the slope may jump to the next; natural there. */
 static int spline_stretches(const scene_curve *c, const bake_key *keys, const char *kink, int count,
                             bake_curve *out, bake_error *error)
@@ -128,7 +118,7 @@ static int spline_stretches(const scene_curve *c, const bake_key *keys, const ch
         }
         err = bake_spline_solve(&p, keys + first, last - first + 1, &stretch, NULL, error);
         if (err == 0) {
-            append_curve(out, &stretch);
+            bake_curve_append(out, &stretch);
         }
     }
     return err;

@@ -55,6 +55,9 @@ typedef struct {
 void bake_curve_eval(const bake_curve *curve, double t, double out[4]);
 void bake_curve_free(bake_curve *curve);
 
+/* Moves the segments of `more`, which begins where `curve` ends, behind those of it. */
+void bake_curve_append(bake_curve *curve, bake_curve *more);
+
 /* A key. weight: 0 = free, BAKE_HARD = exact, > 0 = soft with that weight eta_j in (2.31).
  * [0] value, [1] velocity, [2] acceleration. */
 #define BAKE_HARD (-1.0)

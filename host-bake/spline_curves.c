@@ -13,6 +13,16 @@ void bake_curve_free(bake_curve *curve)
     *curve = (bake_curve){0};
 }
 
+void bake_curve_append(bake_curve *curve, bake_curve *more)
+{
+    size_t count = (size_t)(curve->count + more->count);
+    curve->segment = bake_grow(curve->segment, count, sizeof *curve->segment);
+    for (int i = 0; i < more->count; i++) {
+        curve->segment[curve->count++] = more->segment[i];
+    }
+    bake_curve_free(more);
+}
+
 void bake_curve_eval(const bake_curve *curve, double t, double out[4])
 {
     int low = 0, high = curve->count - 1;

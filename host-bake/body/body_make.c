@@ -221,7 +221,6 @@ void body_hold(const body_work *w, const body_holds *holds, freedom *out)
 
 static int make_chain(body_work *w, bake_error *error)
 {
-    const double turn = acos(-1) / 180;
     const scene_body *from = w->from;
     bake_error inner = {""};
     w->links = bake_alloc((size_t)from->link_count, sizeof *w->links);
@@ -230,7 +229,7 @@ static int make_chain(body_work *w, bake_error *error)
         w->links[i] = (chain_link){.parent = l->parent,
                                    .stiff = l->stiff,
                                    .length = l->length * from->unit,
-                                   .angle = l->angle * turn,
+                                   .angle = l->angle * DEGREE,
                                    .end_mass = l->mass,
                                    .density = {l->density[0], l->density[1]},
                                    .spring = l->spring};

@@ -11,6 +11,8 @@
 #include "spacetime.h"
 #include "tets.h"
 
+#define DEGREE 0.017453292519943295 /* [rad] */
+
 typedef struct {
     int count, *vertex;
 } vertex_list;

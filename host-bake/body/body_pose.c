@@ -9,8 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double DEGREE = 0.017453292519943295;
-
 /* v turned about a unit axis. */
 static void turn(const double axis[3], double angle, const double v[3], double out[3])
 {

@@ -53,11 +53,6 @@ int body_waves_possible(const body_clip *clips, int count)
                 has_stops(r)) {
                 return 0;
             }
-            for (int k = 1; k + 1 < r->from->key_count; k++) {
-                if (r->key[k].v && r->key[k].weight[1] == BAKE_HARD) {
-                    return 0; /* its acceleration jumps there: two splines */
-                }
-            }
             for (int k = 0; k < j; k++) {
                 if (clips[i].run[k].group == r->group) {
                     return 0; /* a channel is one spline */

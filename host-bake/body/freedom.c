@@ -5,6 +5,7 @@
  * i, which are at axis[3 i]; then they are packed.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "freedom.h"
+#include "vector.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -26,18 +27,6 @@ void freedom_make(int vertex_count, freedom *out)
     }
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 static int normalise(double v[3])
 {
     double length = hypot(hypot(v[0], v[1]), v[2]);
@@ -57,16 +46,16 @@ static void leave_plane(const double n[3], double axis[3][3])
             least = i;
     double e[3] = {0};
     e[least] = 1;
-    cross(n, e, axis[0]);
+    vector_cross(n, e, axis[0]);
     normalise(axis[0]);
-    cross(axis[0], n, axis[1]);
+    vector_cross(axis[0], n, axis[1]);
     normalise(axis[1]);
 }
 
 /* From a plane: the direction in it on which n is perpendicular. */
 static void leave_line(const double n[3], double axis[3][3])
 {
-    double c0 = dot(axis[0], n), c1 = dot(axis[1], n), left[3];
+    double c0 = vector_dot(axis[0], n), c1 = vector_dot(axis[1], n), left[3];
     for (int i = 0; i < 3; i++)
         left[i] = c0 * axis[1][i] - c1 * axis[0][i];
     normalise(left);
@@ -81,7 +70,7 @@ void freedom_slide(freedom *f, int vertex, const double normal[3])
     if (!normalise(n))
         return;
     for (int k = 0; k < *had; k++)
-        inside = hypot(inside, dot(axis[k], n));
+        inside = hypot(inside, vector_dot(axis[k], n));
     if (inside <= SAME_NORMAL)
         return;
     if (*had == 3)
@@ -130,5 +119,5 @@ void freedom_restrict(const freedom *f, const double *u, double *y)
 {
     for (int i = 0; i < f->vertex_count; i++)
         for (int k = f->first[i]; k < f->first[i + 1]; k++)
-            y[k] = dot(f->axis[k], &u[3 * i]);
+            y[k] = vector_dot(f->axis[k], &u[3 * i]);
 }

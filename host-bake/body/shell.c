@@ -75,8 +75,8 @@ static void strain(const body *b, int f, const double *x, membrane m, strained *
     }
     for (int i = 0; i < 2; i++)
         for (int j = 0; j < 2; j++) {
-            E[i][j] = 0.5 * (shell_dot(face->axis[i], H[j]) + shell_dot(face->axis[j], H[i]) +
-                             shell_dot(H[i], H[j]));
+            E[i][j] = 0.5 * (vector_dot(face->axis[i], H[j]) + vector_dot(face->axis[j], H[i]) +
+                             vector_dot(H[i], H[j]));
             square += E[i][j] * E[i][j];
         }
     double trace = E[0][0] + E[1][1];
@@ -126,8 +126,8 @@ static double *moments(const body *b, const double *turn)
 static int has_area(const strained *s)
 {
     double normal[3];
-    shell_cross(s->F[0], s->F[1], normal);
-    return shell_dot(normal, normal) > 0;
+    vector_cross(s->F[0], s->F[1], normal);
+    return vector_dot(normal, normal) > 0;
 }
 
 double shell_energy(const body *b, const double *x)

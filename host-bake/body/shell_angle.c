@@ -8,6 +8,7 @@
  * Source: the gradient as in Tamstorf and Grinspun 2013; this form of the Hessian is our own.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "shell_angle.h"
+#include "vector.h"
 
 #include <math.h>
 #include <string.h>
@@ -18,18 +19,6 @@ typedef struct {
     double sign;                  /* of g_k */
 } side;
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 static void difference(const double *a, const double *b, double out[3])
 {
     for (int i = 0; i < 3; i++)
@@ -39,9 +28,9 @@ static void difference(const double *a, const double *b, double out[3])
 static void make_side(const double *const x[4], int k, const double e[3], side *out)
 {
     difference(x[k], x[0], out->w);
-    cross(e, out->w, out->m);
-    out->square = dot(out->m, out->m);
-    out->s = dot(out->w, e) / dot(e, e);
+    vector_cross(e, out->w, out->m);
+    out->square = vector_dot(out->m, out->m);
+    out->s = vector_dot(out->w, e) / vector_dot(e, e);
     out->sign = k == 2 ? -1 : 1;
 }
 
@@ -54,12 +43,12 @@ double shell_angle(const double *const x[4])
     difference(x[1], x[0], e);
     make_side(x, 2, e, &a);
     make_side(x, 3, e, &b);
-    return atan2(-sqrt(dot(e, e)) * dot(a.m, b.w), -dot(a.m, b.m));
+    return atan2(-sqrt(vector_dot(e, e)) * vector_dot(a.m, b.w), -vector_dot(a.m, b.m));
 }
 
 static void gradient(const double e[3], const side s[2], double g[4][3])
 {
-    double length = sqrt(dot(e, e));
+    double length = sqrt(vector_dot(e, e));
     for (int i = 0; i < 3; i++) {
         g[2][i] = -length * s[0].m[i] / s[0].square;
         g[3][i] = length * s[1].m[i] / s[1].square;
@@ -83,8 +72,8 @@ void shell_angle_gradient(const double *const x[4], double g[4][3])
 static void far_block(const double e[3], const side *s, const double c[3], double along,
                       double k[9])
 {
-    double length = sqrt(dot(e, e)), factor = s->sign * length / s->square, mc[3];
-    cross(s->m, c, mc);
+    double length = sqrt(vector_dot(e, e)), factor = s->sign * length / s->square, mc[3];
+    vector_cross(s->m, c, mc);
     const double skew[9] = {0, -c[2], c[1], c[2], 0, -c[0], -c[1], c[0], 0};
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
@@ -109,7 +98,7 @@ static void far_rows(const double *const x[4], int k, const double e[3], const s
 static void near_blocks(const double e[3], const side *s, const double g[3], const double far[2][9],
                         double H[4][4][9])
 {
-    double square = dot(e, e);
+    double square = vector_dot(e, e);
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             int at = 3 * i + j;

@@ -25,8 +25,8 @@ static double face_sides(const double *x, const int corner[3], double side[3][3]
     for (int a = 0; a < 3; a++)
         for (int i = 0; i < 3; i++)
             side[a][i] = x[3 * corner[(a + 2) % 3] + i] - x[3 * corner[(a + 1) % 3] + i];
-    shell_cross(side[0], side[1], normal);
-    double twice = sqrt(shell_dot(normal, normal));
+    vector_cross(side[0], side[1], normal);
+    double twice = sqrt(vector_dot(normal, normal));
     for (int i = 0; i < 3; i++)
         normal[i] /= twice;
     return twice;
@@ -134,10 +134,10 @@ static void make_bend(const body *b, const shell *s, int f)
     double twice = face_sides(b->rest, b->element[f], side, normal);
     double weight = m->young * h * h * h / (12 * (1 - nu * nu)) / (2 * twice);
     for (int i = 0; i < 3; i++)
-        length[i] = sqrt(shell_dot(side[i], side[i]));
+        length[i] = sqrt(vector_dot(side[i], side[i]));
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
-            double ll = length[i] * length[j], d = shell_dot(side[i], side[j]);
+            double ll = length[i] * length[j], d = vector_dot(side[i], side[j]);
             face->bend[i][j] = weight * (nu * ll + (1 - nu) * d * d / ll);
         }
     for (int i = 0; i < 3; i++)
@@ -159,18 +159,18 @@ static int make_face(body *b, const shell *s, int f, bake_error *error)
     double side[3][3], normal[3], longest = 0, twice;
     twice = face_sides(b->rest, corner, side, normal);
     for (int a = 0; a < 3; a++)
-        longest = fmax(longest, shell_dot(side[a], side[a]));
+        longest = fmax(longest, vector_dot(side[a], side[a]));
     if (!(twice > FLAT * longest))
         return bake_fail(error, "triangle %d at (%g, %g, %g) m has no area", f, at[0], at[1],
                          at[2]);
     shell_face *face = &s->face[f];
-    double base = sqrt(shell_dot(side[2], side[2])), height = twice / base;
+    double base = sqrt(vector_dot(side[2], side[2])), height = twice / base;
     for (int i = 0; i < 3; i++)
         face->axis[0][i] = side[2][i] / base;
-    shell_cross(normal, face->axis[0], face->axis[1]);
+    vector_cross(normal, face->axis[0], face->axis[1]);
     face->area = 0.5 * twice;
     face->g[0][0] = 1 / base;
-    face->g[0][1] = shell_dot(side[1], face->axis[0]) / (base * height);
+    face->g[0][1] = vector_dot(side[1], face->axis[0]) / (base * height);
     face->g[1][0] = 0;
     face->g[1][1] = 1 / height;
     for (int a = 0; a < 3; a++) {

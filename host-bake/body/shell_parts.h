@@ -4,6 +4,7 @@
 #define BAKE_SHELL_PARTS_H
 
 #include "elastic_parts.h"
+#include "vector.h"
 
 #include <math.h>
 
@@ -27,18 +28,6 @@ typedef struct {
     shell_face *face;
     shell_hinge *hinge;
 } shell;
-
-static inline double shell_dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static inline void shell_cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
 
 static inline void shell_corners(const shell_hinge *hinge, const double *x, const double *at[4])
 {

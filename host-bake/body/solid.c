@@ -8,6 +8,7 @@
  * F^T F - 1, so that small strains keep all their digits and V(rest) is 0 exactly.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "elastic_parts.h"
+#include "vector.h"
 
 #include <limits.h>
 #include <math.h>
@@ -51,18 +52,6 @@ static lame lame_of(const body_material *m)
                   m->young / (2 + 2 * m->poisson)};
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 static double longest_edge(const double *rest, const int corner[4])
 {
     double longest = 0;
@@ -71,7 +60,7 @@ static double longest_edge(const double *rest, const int corner[4])
             double d[3];
             for (int i = 0; i < 3; i++)
                 d[i] = rest[3 * corner[a] + i] - rest[3 * corner[b] + i];
-            longest = fmax(longest, sqrt(dot(d, d)));
+            longest = fmax(longest, sqrt(vector_dot(d, d)));
         }
     return longest;
 }
@@ -86,8 +75,8 @@ static int prepare_tet(const body *b, int e, tet *out, bake_error *error)
         for (int i = 0; i < 3; i++)
             edge[a][i] = b->rest[3 * corner[a + 1] + i] - origin[i];
     for (int a = 0; a < 3; a++)
-        cross(edge[(a + 1) % 3], edge[(a + 2) % 3], out->g[a]);
-    double six = dot(edge[0], out->g[0]);
+        vector_cross(edge[(a + 1) % 3], edge[(a + 2) % 3], out->g[a]);
+    double six = vector_dot(edge[0], out->g[0]);
     if (!(fabs(six) > FLAT * longest * longest * longest))
         return bake_fail(error, "tetrahedron %d at (%g, %g, %g) m has no volume", e, origin[0],
                          origin[1], origin[2]);
@@ -253,9 +242,10 @@ void solid_gradient(const body *b, const double *x, double *gradient)
         strain(b, e, x, m, &s);
         corners(&t[e], g);
         for (int a = 0; a < 4; a++) {
-            double Sg[3] = {dot(s.S[0], g[a]), dot(s.S[1], g[a]), dot(s.S[2], g[a])};
+            double Sg[3] = {vector_dot(s.S[0], g[a]), vector_dot(s.S[1], g[a]),
+                            vector_dot(s.S[2], g[a])};
             for (int i = 0; i < 3; i++)
-                gradient[3 * b->element[e][a] + i] += t[e].volume * dot(s.F[i], Sg);
+                gradient[3 * b->element[e][a] + i] += t[e].volume * vector_dot(s.F[i], Sg);
         }
     }
 }
@@ -270,11 +260,11 @@ static void columns_of(const tet *t, const strained *s, columns *out)
     corners(t, out->g);
     for (int i = 0; i < 3; i++) {
         for (int a = 0; a < 4; a++) {
-            out->Fg[a][i] = dot(s->F[i], out->g[a]);
-            out->vSg[a][i] = t->volume * dot(s->S[i], out->g[a]);
+            out->Fg[a][i] = vector_dot(s->F[i], out->g[a]);
+            out->vSg[a][i] = t->volume * vector_dot(s->S[i], out->g[a]);
         }
         for (int j = 0; j < 3; j++)
-            out->FFT[i][j] = dot(s->F[i], s->F[j]);
+            out->FFT[i][j] = vector_dot(s->F[i], s->F[j]);
     }
 }
 
@@ -283,7 +273,7 @@ static void add_pair(const columns *c, double v_lambda, double v_mu, const int c
                      double k[9])
 {
     int a = corner[0], b = corner[1];
-    double stress = dot(c->g[a], c->vSg[b]), gg = v_mu * dot(c->g[a], c->g[b]);
+    double stress = vector_dot(c->g[a], c->vSg[b]), gg = v_mu * vector_dot(c->g[a], c->g[b]);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++)
             k[3 * i + j] += v_lambda * c->Fg[a][i] * c->Fg[b][j] +

@@ -240,11 +240,7 @@ int motion_solve_mode(const bake_spline_problem *problem, const bake_key *keys, 
         failed = bake_spline_solve(&own, keys + from, stop - from + 1, &part, NULL, &one);
         if (failed || !error->text[0]) /* the first warning, or what went wrong */
             *error = one;
-        size_t count = (size_t)(curve->count + part.count);
-        curve->segment = bake_grow(curve->segment, count, sizeof *part.segment);
-        for (int i = 0; i < part.count; i++)
-            curve->segment[curve->count++] = part.segment[i];
-        bake_curve_free(&part);
+        bake_curve_append(curve, &part);
     }
     if (failed)
         bake_curve_free(curve);

@@ -4,6 +4,7 @@
  *   face     the triangles of the body's surface: where the nearest point of it is sought
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "tets_parts.h"
+#include "vector.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -27,11 +28,6 @@ typedef struct {
 static const double *place(const body *b, int vertex)
 {
     return b->rest + 3 * (size_t)vertex;
-}
-
-static double dot(const double *u, const double *v)
-{
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
 }
 
 /* ---- the surface ------------------------------------------------------------------------------ */
@@ -111,7 +107,7 @@ static void weigh_edge(const double *const at[3], int i, int j, const double *p,
         along[k] = at[j][k] - at[i][k];
         to[k] = p[k] - at[i][k];
     }
-    double whole = dot(along, along), t = whole > 0.0 ? dot(along, to) / whole : 0.0;
+    double whole = vector_dot(along, along), t = whole > 0.0 ? vector_dot(along, to) / whole : 0.0;
     t = fmax(0.0, fmin(1.0, t));
     weight[0] = weight[1] = weight[2] = 0.0;
     weight[i] = 1.0 - t;
@@ -124,7 +120,7 @@ static double distance_of(const double *const at[3], const double *weight, const
     for (int k = 0; k < 3; k++)
         to[k] = weight[0] * (at[0][k] - p[k]) + weight[1] * (at[1][k] - p[k]) +
                 weight[2] * (at[2][k] - p[k]);
-    return dot(to, to);
+    return vector_dot(to, to);
 }
 
 /* Weights, 0 to 1, of the triangle's point that is nearest to p; the square of its distance. */
@@ -136,9 +132,10 @@ static double weigh_triangle(const double *const at[3], const double *p, double 
         v[k] = at[2][k] - at[0][k];
         to[k] = p[k] - at[0][k];
     }
-    double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), whole = uu * vv - uv * uv;
-    weight[1] = (vv * dot(u, to) - uv * dot(v, to)) / whole;
-    weight[2] = (uu * dot(v, to) - uv * dot(u, to)) / whole;
+    double uu = vector_dot(u, u), uv = vector_dot(u, v), vv = vector_dot(v, v),
+           whole = uu * vv - uv * uv;
+    weight[1] = (vv * vector_dot(u, to) - uv * vector_dot(v, to)) / whole;
+    weight[2] = (uu * vector_dot(v, to) - uv * vector_dot(u, to)) / whole;
     weight[0] = 1.0 - weight[1] - weight[2];
     if (whole > 0.0 && weight[0] >= 0.0 && weight[1] >= 0.0 && weight[2] >= 0.0)
         return distance_of(at, weight, p);
@@ -273,7 +270,7 @@ static int check(const body *b, const double *at, int count, bake_error *error)
                 return bake_fail(error, "element %d of a body has a corner %d, of %d", i,
                                  b->element[i][k], b->vertex_count);
     for (int i = 0; i < count; i++)
-        if (!isfinite(dot(at + 3 * (size_t)i, at + 3 * (size_t)i)))
+        if (!isfinite(vector_dot(at + 3 * (size_t)i, at + 3 * (size_t)i)))
             return bake_fail(error, "vertex %d, which a body is to carry, is at (%g, %g, %g)", i,
                              at[3 * (size_t)i], at[3 * (size_t)i + 1], at[3 * (size_t)i + 2]);
     return 0;
