@@ -29,7 +29,7 @@ void body_progress(const body_work *w, const char *what)
 
 /* ---- elements --------------------------------------------------------------------------------- */
 
-static int make_shell(body_work *w, const mesh *m)
+static void make_shell(body_work *w, const mesh *m)
 {
     body *b = &w->b;
     b->kind = BODY_SHELL;
@@ -42,7 +42,6 @@ static int make_shell(body_work *w, const mesh *m)
         memcpy(b->element[t], m->triangle[t], sizeof m->triangle[t]);
         b->element[t][3] = -1;
     }
-    return 0;
 }
 
 static int load_tets(const cache_key *key, body *b)
@@ -101,7 +100,9 @@ static int make_elements(body_work *w, const mesh *m, bake_error *error)
 {
     const scene_body *from = w->from;
     bake_error inner = {""};
-    if (from->kind == SCENE_SHELL ? make_shell(w, m) : make_solid(w, m, error)) {
+    if (from->kind == SCENE_SHELL) {
+        make_shell(w, m);
+    } else if (make_solid(w, m, error) < 0) {
         return -1;
     }
     w->b.material = (body_material){from->young, from->poisson, from->density, from->thickness};
@@ -245,7 +246,6 @@ static int make_chain(body_work *w, bake_error *error)
     w->n = chain_size(&w->c);
     w->rest = bake_alloc((size_t)w->n, sizeof *w->rest);
     chain_rest(&w->c, w->rest);
-    w->key = cache_key_start("chain 1");
     return 0;
 }
 

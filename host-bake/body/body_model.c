@@ -5,7 +5,7 @@
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "body_parts.h"
 
-#include <float.h>
+#include <cblas.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -192,71 +192,47 @@ static int gather_modes(space_work *k, bake_error *error)
 
 /* ---- models ----------------------------------------------------------------------------------- */
 
+/* V^T u */
+static void reduce(const space *sp, const double *u, double *out)
+{
+    cblas_dgemv(CblasColMajor, CblasTrans, sp->n, sp->d, 1, sp->V, sp->n, u, 1, 0, out, 1);
+}
+
+/* V^T d2V(x) V and V^T dV(x). */
 static void elastic_terms(const space_work *k, const double *x, double *K, double *gradient)
 {
-    const body *b = &k->w->b;
     body_blocks blocks = {0};
     double *dV = bake_alloc((size_t)k->w->n, sizeof *dV);
-    body_hessian(b, x, &blocks);
+    body_hessian(&k->w->b, x, &blocks);
     space_reduce_blocks(&k->g->sp, &blocks, K);
-    body_gradient(b, x, dV);
-    for (int j = 0; j < k->g->sp.d; j++) {
-        const double *V = k->g->sp.V + (size_t)j * (size_t)k->w->n;
-        gradient[j] = 0;
-        for (int i = 0; i < k->w->n; i++) {
-            gradient[j] += V[i] * dV[i];
-        }
-    }
+    body_gradient(&k->w->b, x, dV);
+    reduce(&k->g->sp, dV, gradient);
     free(dV);
     body_blocks_free(&blocks);
 }
 
 static void chain_terms(const space_work *k, const double *q, double *K, double *gradient)
 {
-    int n = k->w->n, d = k->g->sp.d;
-    double *H = bake_alloc((size_t)n * (size_t)n, sizeof *H);
-    double *dV = bake_alloc((size_t)n, sizeof *dV);
+    size_t n = (size_t)k->w->n;
+    double *H = bake_alloc(n * n, sizeof *H), *dV = bake_alloc(n, sizeof *dV);
     chain_hessian(&k->w->c, q, H);
+    space_reduce_dense(&k->g->sp, H, K);
     chain_gradient(&k->w->c, q, dV);
-    memset(K, 0, (size_t)d * (size_t)d * sizeof *K);
-    for (int j = 0; j < d; j++) {
-        const double *V = k->g->sp.V + (size_t)j * (size_t)n;
-        gradient[j] = 0;
-        for (int a = 0; a < n; a++) {
-            gradient[j] += V[a] * dV[a];
-        }
-        for (int l = 0; l < d; l++) {
-            const double *U = k->g->sp.V + (size_t)l * (size_t)n;
-            for (int a = 0; a < n * n; a++) {
-                K[j * d + l] += V[a / n] * H[a] * U[a % n];
-            }
-        }
-    }
+    reduce(&k->g->sp, dV, gradient);
     free(H);
     free(dV);
-}
-
-/* What rounding makes of an eigenvalue 0 of a small dense matrix. */
-static double dense_noise(const double *K, int d)
-{
-    double square = 0;
-    for (int i = 0; i < d * d; i++) {
-        square += K[i] * K[i];
-    }
-    return 64 * DBL_EPSILON * sqrt(square);
 }
 
 /* V^T f, f: the weight of each vertex; a chain's is part of its potential. */
 static void reduced_force(const space_work *k, double *out)
 {
     const body_work *w = k->w;
-    for (int j = 0; j < k->g->sp.d; j++) {
-        const double *V = k->g->sp.V + (size_t)j * (size_t)w->n;
-        out[j] = 0;
-        for (int i = 0; i < w->n && !is_chain(w); i++) {
-            out[j] += V[i] * w->b.mass[i / 3] * w->from->gravity[i % 3];
-        }
+    double *f = bake_alloc((size_t)w->n, sizeof *f);
+    for (int i = 0; i < w->n && !is_chain(w); i++) {
+        f[i] = w->b.mass[i / 3] * w->from->gravity[i % 3];
     }
+    reduce(&k->g->sp, f, out);
+    free(f);
 }
 
 static int make_model(space_work *k, int pose, linear_model *out, bake_error *error)
@@ -269,7 +245,6 @@ static int make_model(space_work *k, int pose, linear_model *out, bake_error *er
     space_project(&k->g->sp, x, q_z);
     if (is_chain(k->w)) {
         chain_terms(k, x, K, gradient);
-        k->noise = dense_noise(K, (int)d);
     } else {
         elastic_terms(k, x, K, gradient);
     }
@@ -426,8 +401,12 @@ static int make_space(space_work *k, bake_error *error)
     if (gather_poses(k, error) < 0) {
         return -1;
     }
-    cache_key key = k->w->key;
+    cache_key key = {0};
     if (is_chain(k->w)) {
+        if (body_own_modes(k->w, error) < 0) {
+            return -1;
+        }
+        k->noise = k->w->own.noise;
         gather_all(k);
     } else {
         key = key_of(k);

@@ -28,7 +28,7 @@ typedef struct {
     const scene *s;
     const scene_body *from;
     int index, verbose;
-    cache_key key;       /* of everything below that is no pose */
+    cache_key key;       /* solids, shells: of everything below that is no pose */
     body b;              /* solids, shells: in metres */
     vertex_list *region; /* from->region_count, and one of all vertices */
     freedom held;        /* as the body is held by itself */
