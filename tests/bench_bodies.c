@@ -293,8 +293,9 @@ static double update(const row *r, spline *s, int call)
             settings.end_v[end] = velocity;
     }
     projected = lap(&since);
-    must(r->many ? motion_blend(models, &settings, keys, r->keys, &m, &error)
-                 : motion_one_point(models[0], &settings, keys, r->keys, &m, &error),
+    const motion_input in = {&settings, keys, r->keys};
+    must(r->many ? motion_blend(models, &in, &m, &error)
+                 : motion_one_point(models[0], &in, &m, &error),
          &error);
     motion_free(&m);
     free(q);

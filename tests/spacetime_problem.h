@@ -40,12 +40,17 @@ static inline void link_model(problem *x, int j)
     x->list[j] = &m->as;
 }
 
+static inline motion_input input_of(const problem *x)
+{
+    return (motion_input){&x->settings, x->keys, x->count};
+}
+
 static inline int solve(problem *x, motion *m, bake_error *error)
 {
+    const motion_input in = input_of(x);
     if (x->way == ONE)
-        return motion_one_point(x->list[0], &x->settings, x->keys, x->count, m, error);
-    return (x->way == BLEND ? motion_blend : motion_couple)(x->list, &x->settings, x->keys,
-                                                            x->count, m, error);
+        return motion_one_point(x->list[0], &in, m, error);
+    return (x->way == BLEND ? motion_blend : motion_couple)(x->list, &in, m, error);
 }
 
 static inline motion solved_motion(problem *x)

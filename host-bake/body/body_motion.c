@@ -127,13 +127,11 @@ static void make_end(body_run *r, int end)
 
 static int solve(const body_work *w, body_run *r, bake_error *error)
 {
-    int count = r->from->key_count;
     bake_error inner = {""};
-    int err = r->from->dynamics == DYNAMICS_BLEND
-                  ? motion_blend(r->at_key, &r->settings, r->key, count, &r->m, &inner)
+    int err = r->from->dynamics == DYNAMICS_BLEND ? motion_blend(r->at_key, &r->in, &r->m, &inner)
               : r->from->dynamics == DYNAMICS_COUPLE
-                  ? motion_couple(r->at_key, &r->settings, r->key, count, &r->m, &inner)
-                  : motion_one_point(r->at_key[0], &r->settings, r->key, count, &r->m, &inner);
+                  ? motion_couple(r->at_key, &r->in, &r->m, &inner)
+                  : motion_one_point(r->at_key[0], &r->in, &r->m, &inner);
     if (err < 0) {
         return body_fail(w, r->from->line, error, "%s", inner.text);
     }
@@ -185,8 +183,7 @@ static void report(const body_work *w, body_run *r)
     r->report.energy = motion_energy(&r->m);
     r->report.cubic = -1;
     r->report.missed = is_chain(w) ? -1 : missed(w, r);
-    if (comparable(r) && motion_compare(&r->m, &r->settings, r->key, r->from->key_count,
-                                        &r->report.energy, &r->report.cubic, &inner) < 0) {
+    if (comparable(r) && motion_cubic_energy(&r->m, &r->in, &r->report.cubic, &inner) < 0) {
         r->report.cubic = -1; /* a C2 cubic has no freedom for velocities at inner keys */
     }
 }
@@ -221,6 +218,7 @@ static int make_run(body_work *w, body_clip *c, int action, bake_error *error)
     }
     make_end(r, 0);
     make_end(r, 1);
+    r->in = (motion_input){&r->settings, r->key, a->key_count};
     if (solve(w, r, error) < 0) {
         return -1;
     }

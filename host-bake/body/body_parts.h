@@ -114,6 +114,7 @@ typedef struct {
     double *projected;           /* a key: its pose, then its velocity, in the space: 2 d */
     space_key *key;              /* from->key_count; times are multiples of the clip's 1/rate */
     space_settings settings;
+    motion_input in; /* of the two above */
     motion m;
     body_motion_report report;
 } body_run;

@@ -178,7 +178,7 @@ static void wave_curve(const waves_work *k, const body_run *r, const wave *v, sc
     out->mode.g *= v->scale;
     out->key_count = n;
     out->keys = bake_alloc((size_t)n, sizeof *out->keys);
-    motion_mode_keys(model, &r->settings, r->key, n, v->mode, &r->m, out->keys);
+    motion_mode_keys(&r->in, v->mode, &r->m, out->keys);
     for (int i = 0; i < n; i++) {
         for (int a = 0; a < 3; a++) {
             out->keys[i].target[a] *= v->scale;

@@ -228,11 +228,17 @@ double motion_energy(const motion *m)
 
 /* ---- the cubic ------------------------------------------------------------------------------- */
 
-/* Component r of q of the C2 cubic through the motion's own poses at the keys (soft and partial
- * ones are where it went), with the hard velocities and the ends that it was given. */
-static int solve_cubic(const motion_input *in, const double *poses, int d, int r, bake_curve *out,
-                       bake_error *error)
+typedef struct {
+    const motion_input *in;
+    int d;
+    const double *poses; /* key_count x d: the motion's own, where soft and partial keys took it */
+} cubic_problem;
+
+/* Component r of q of the C2 cubic through the motion's poses at the keys, with the hard velocities
+ * and the ends that it was given. */
+static int solve_cubic(const cubic_problem *c, int r, bake_curve *out, bake_error *error)
 {
+    const motion_input *in = c->in;
     bake_key *keys = bake_alloc((size_t)in->key_count, sizeof *keys);
     bake_spline_problem p = {.end = {in->settings->end[0], in->settings->end[1]}};
     int last = in->key_count - 1, loop = p.end[0] == BAKE_END_PERIODIC;
@@ -242,7 +248,7 @@ static int solve_cubic(const motion_input *in, const double *poses, int d, int r
     for (int k = 0; k <= last; k++) {
         const space_key *key = &in->keys[k];
         keys[k].time = key->time;
-        keys[k].target[0] = poses[(size_t)(loop && k == last ? 0 : k) * (size_t)d + (size_t)r];
+        keys[k].target[0] = c->poses[(loop && k == last ? 0 : k) * c->d + r];
         keys[k].weight[0] = BAKE_HARD;
         if (!key->v || key->weight[1] >= 0.0)
             continue;
@@ -292,20 +298,18 @@ static double cubic_energy_of(const motion *m, const bake_curve *q)
     return total;
 }
 
-int motion_compare(const motion *m, const space_settings *settings, const space_key *keys,
-                   int key_count, double *energy, double *cubic_energy, bake_error *error)
+int motion_cubic_energy(const motion *m, const motion_input *in, double *energy, bake_error *error)
 {
-    const motion_input in = {settings, keys, key_count};
     int d = m->d, failed = 0;
-    double *poses = bake_alloc((size_t)(key_count * d), sizeof *poses);
+    double *poses = bake_alloc((size_t)(in->key_count * d), sizeof *poses);
     bake_curve *q = bake_alloc((size_t)d, sizeof *q);
-    for (int k = 0; k < key_count; k++)
-        motion_eval(m, keys[k].time, poses + k * d, NULL, NULL);
+    const cubic_problem c = {in, d, poses};
+    for (int k = 0; k < in->key_count; k++)
+        motion_eval(m, in->keys[k].time, poses + k * d, NULL, NULL);
     for (int r = 0; r < d && !failed; r++)
-        failed = solve_cubic(&in, poses, d, r, &q[r], error);
-    *energy = motion_energy(m);
+        failed = solve_cubic(&c, r, &q[r], error);
     if (!failed)
-        *cubic_energy = cubic_energy_of(m, q);
+        *energy = cubic_energy_of(m, q);
     free_curves(q, d);
     free(poses);
     return failed;

@@ -17,7 +17,7 @@
 /* A pose at a time, in coordinates q of the space. weight as in bake_key: [0] of the pose, [1] of
  * the velocity; BAKE_HARD, 0 = free, > 0 soft. A partial pose has rows > 0: it wants S q = p (rows
  * x d, row-major; p rows) and q is not looked at. Hard: S q is as near to p as the space allows
- * (least squares; `missed` says how near), and the freedom that is left goes to the least force.
+ * (least squares), and the freedom that is left goes to the least force.
  * Soft: weight[0] |S q - p|^2 is added to the energy. */
 typedef struct {
     double time;
@@ -25,7 +25,6 @@ typedef struct {
     double weight[2];
     int rows;
     const double *S, *p;
-    double missed; /* out: root mean square of S q - p over its rows */
 } space_key;
 
 typedef struct {
@@ -35,6 +34,13 @@ typedef struct {
     bake_end end[2];        /* FREE, VELOCITY or PERIODIC */
     const double *end_v[2]; /* d, velocities for VELOCITY; NULL = 0 */
 } space_settings;
+
+/* What every way to make a motion is asked for. */
+typedef struct {
+    const space_settings *settings;
+    const space_key *keys;
+    int key_count;
+} motion_input;
 
 typedef struct {
     const linear_model *model;
@@ -59,22 +65,20 @@ typedef struct {
  * little effect (none in a loop, or with both end velocities given), and a loop refuses hard ones.
  * Coupled motions have the freedom: there both kinds work, and C2 stays,
  * where damping does not hide the key from the switches. */
-int motion_one_point(const linear_model *model, const space_settings *settings, space_key *keys,
-                     int key_count, motion *out, bake_error *error);
+int motion_one_point(const linear_model *model, const motion_input *in, motion *out,
+                     bake_error *error);
 
 /* The keys that motion_one_point gave to bake_spline_solve (from one hard inner velocity to the
  * next) for mode i: count of them, the caller's; for who wants to solve them again (partial keys
  * have become hard ones). */
-void motion_mode_keys(const linear_model *model, const space_settings *settings,
-                      const space_key *keys, int key_count, int mode, const motion *solved,
-                      bake_key *out);
+void motion_mode_keys(const motion_input *in, int mode, const motion *solved, bake_key *out);
 void motion_mode_problem(const linear_model *model, const space_settings *settings, int mode,
                          bake_spline_problem *out);
 
 /* Blending (2.8.1): model j belongs to key j; all keys hard poses. Periodic: models[key_count - 1]
  * is models[0], fades wrap. */
-int motion_blend(const linear_model *const *models, const space_settings *settings, space_key *keys,
-                 int key_count, motion *out, bake_error *error);
+int motion_blend(const linear_model *const *models, const motion_input *in, motion *out,
+                 bake_error *error);
 
 /* Coupling (2.8.2): the same keys; switches in the middle between keys (S8), C2 across them and
  * across keys. The thesis has one segment a model; here a model has a knot at its key as well,
@@ -82,8 +86,8 @@ int motion_blend(const linear_model *const *models, const space_settings *settin
  * at the switches, so the minimum alone would not have it. Least among motions whose pieces solve
  * (2.22): without that, a jump of q'' at a switch could be smoothed at no cost and the condition
  * would mean nothing. */
-int motion_couple(const linear_model *const *models, const space_settings *settings,
-                  space_key *keys, int key_count, motion *out, bake_error *error);
+int motion_couple(const linear_model *const *models, const motion_input *in, motion *out,
+                  bake_error *error);
 void motion_free(motion *m);
 
 /* q, q', q'' at t, each d long, NULL = not wanted; t is clamped to [from, to], where it holds still
@@ -93,9 +97,8 @@ void motion_eval(const motion *m, double t, double *q, double *v, double *a);
 /* E_f2: the sum over the terms of the integral of h |f|^2. */
 double motion_energy(const motion *m);
 
-/* E_f2 of the C2 cubic spline through the same poses with the same ends, seen by the same model(s),
- * and of the motion itself: what the physics saves. */
-int motion_compare(const motion *m, const space_settings *settings, const space_key *keys,
-                   int key_count, double *energy, double *cubic_energy, bake_error *error);
+/* The same of the C2 cubic spline through the same poses with the same ends, seen by the same
+ * model(s): what the physics saves. Fails where no such cubic is determined. */
+int motion_cubic_energy(const motion *m, const motion_input *in, double *energy, bake_error *error);
 
 #endif

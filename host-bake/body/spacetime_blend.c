@@ -16,22 +16,23 @@ static void set_fades(motion *m, const space_key *keys)
     }
 }
 
-int motion_blend(const linear_model *const *models, const space_settings *settings, space_key *keys,
-                 int key_count, motion *out, bake_error *error)
+int motion_blend(const linear_model *const *models, const motion_input *in, motion *out,
+                 bake_error *error)
 {
-    const motion_input in = {settings, keys, key_count};
     motion_warnings warnings = {0};
+    int count = in->key_count;
     *out = (motion){0};
-    if (motion_check(&in, models[0]->d, 1, error))
+    if (motion_check(in, models[0]->d, 1, error))
         return -1;
-    motion_begin(&in, models[0]->d, key_count, out);
-    set_fades(out, keys);
-    for (int j = 0; j < key_count; j++) {
-        const linear_model *model = models[out->periodic && j == key_count - 1 ? 0 : j];
+    motion_begin(in, models[0]->d, count, out);
+    set_fades(out, in->keys);
+    for (int j = 0; j < count; j++) {
         bake_error own;
-        if (motion_solve_term(&in, model, NULL, &out->term[j], &warnings, &own)) {
+        out->term[j].model = models[out->periodic && j == count - 1 ? 0 : j];
+        if (motion_solve_term(in, NULL, &out->term[j], &warnings, &own)) {
             motion_free(out);
-            return bake_fail(error, "model of the key at %.6g s, %.900s", keys[j].time, own.text);
+            return bake_fail(error, "model of the key at %.6g s, %.900s", in->keys[j].time,
+                             own.text);
         }
     }
     motion_warned(&warnings, error);

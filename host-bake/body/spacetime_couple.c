@@ -321,15 +321,15 @@ static int find_motion(coupling *s, bake_error *error)
     return 0;
 }
 
-int motion_couple(const linear_model *const *models, const space_settings *settings,
-                  space_key *keys, int key_count, motion *out, bake_error *error)
+int motion_couple(const linear_model *const *models, const motion_input *in, motion *out,
+                  bake_error *error)
 {
-    const motion_input in = {settings, keys, key_count};
-    coupling s = {.in = &in, .out = out, .d = models[0]->d, .gaps = key_count - 1};
+    int key_count = in->key_count;
+    coupling s = {.in = in, .out = out, .d = models[0]->d, .gaps = key_count - 1};
     *out = (motion){0};
-    if (motion_check(&in, s.d, 1, error))
+    if (motion_check(in, s.d, 1, error))
         return -1;
-    motion_begin(&in, s.d, key_count, out);
+    motion_begin(in, s.d, key_count, out);
     s.loop = out->periodic;
     allocate(&s);
     set_terms(&s, models);

@@ -447,22 +447,3 @@ int motion_partial_values(const motion_input *in, const linear_model *model, dou
     release(&s);
     return failed ? -1 : 0;
 }
-
-void motion_partial_missed(const motion_input *in, const motion *m, space_key *keys)
-{
-    double *q = bake_alloc((size_t)m->d, sizeof *q);
-    for (int k = 0; k < in->key_count; k++) {
-        const space_key *key = &in->keys[k];
-        double sum = 0.0;
-        keys[k].missed = 0.0;
-        if (key->rows == 0)
-            continue;
-        motion_eval(m, key->time, q, NULL, NULL);
-        for (int r = 0; r < key->rows; r++) {
-            double left = key->p[r] - cblas_ddot(m->d, key->S + (size_t)r * (size_t)m->d, 1, q, 1);
-            sum += left * left;
-        }
-        keys[k].missed = sqrt(sum / key->rows);
-    }
-    free(q);
-}

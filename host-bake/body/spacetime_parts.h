@@ -6,13 +6,6 @@
 #include "spacetime.h"
 #include "spline_parts.h"
 
-/* What every way to make a motion is asked for. */
-typedef struct {
-    const space_settings *settings;
-    const space_key *keys;
-    int key_count;
-} motion_input;
-
 /* Times, numbers, ends; a loop's last key repeats the first. whole: each key must be a hard pose.
  */
 int motion_check(const motion_input *in, int d, int whole, bake_error *error);
@@ -49,15 +42,14 @@ void motion_warned(const motion_warnings *all, bake_error *error);
 int motion_solve_mode(const bake_spline_problem *problem, const bake_key *keys, int key_count,
                       bake_curve *curve, bake_error *error);
 
-/* Solves the d splines of one term. values: key_count x d, modal values at partial keys (the other
+/* Solves the d splines of term->model. values: key_count x d, modal values at partial keys (the other
  * rows are not looked at); NULL if there are none. */
-int motion_solve_term(const motion_input *in, const linear_model *model, const double *values,
-                      motion_term *term, motion_warnings *warnings, bake_error *error);
+int motion_solve_term(const motion_input *in, const double *values, motion_term *term,
+                      motion_warnings *warnings, bake_error *error);
 
 /* spacetime_partial.c: values as above from the partial keys of `in`, NULL if there are none. */
 int motion_partial_values(const motion_input *in, const linear_model *model, double **values,
                           bake_error *error);
-void motion_partial_missed(const motion_input *in, const motion *m, space_key *keys);
 
 /* Curves that share a segment, as coefficients of its four functions and of its particular
  * solution: w is count x 5. gram: count x count, row-major, added to: the integrals of f_i f_j +

@@ -62,12 +62,11 @@ void motion_keys_of_mode(const motion_input *in, const linear_model *model, int 
     }
 }
 
-void motion_mode_keys(const linear_model *model, const space_settings *settings,
-                      const space_key *keys, int key_count, int mode, const motion *solved,
-                      bake_key *out)
+void motion_mode_keys(const motion_input *in, int mode, const motion *solved, bake_key *out)
 {
-    const motion_input in = {settings, keys, key_count};
-    size_t d = (size_t)model->d, last = (size_t)key_count - 1;
+    const linear_model *model = solved->term[0].model;
+    const space_key *keys = in->keys;
+    size_t d = (size_t)model->d, last = (size_t)in->key_count - 1;
     double *values = bake_alloc((last + 1) * d, sizeof *values), c[4];
     for (size_t k = 0; k <= last; k++)
         if (keys[k].rows > 0) {
@@ -76,7 +75,7 @@ void motion_mode_keys(const linear_model *model, const space_settings *settings,
         }
     if (solved->periodic && keys[0].rows > 0)
         values[last * d + (size_t)mode] = values[(size_t)mode];
-    motion_keys_of_mode(&in, model, mode, values, out);
+    motion_keys_of_mode(in, model, mode, values, out);
     free(values);
 }
 
@@ -247,12 +246,12 @@ int motion_solve_mode(const bake_spline_problem *problem, const bake_key *keys, 
     return failed;
 }
 
-int motion_solve_term(const motion_input *in, const linear_model *model, const double *values,
-                      motion_term *term, motion_warnings *warnings, bake_error *error)
+int motion_solve_term(const motion_input *in, const double *values, motion_term *term,
+                      motion_warnings *warnings, bake_error *error)
 {
     bake_key *keys = bake_alloc((size_t)in->key_count, sizeof *keys);
+    const linear_model *model = term->model;
     int failed = 0;
-    term->model = model;
     for (int i = 0; i < model->d && !failed; i++) {
         bake_spline_problem problem;
         bake_error own = {""};
@@ -273,23 +272,22 @@ int motion_solve_term(const motion_input *in, const linear_model *model, const d
     return failed;
 }
 
-int motion_one_point(const linear_model *model, const space_settings *settings, space_key *keys,
-                     int key_count, motion *out, bake_error *error)
+int motion_one_point(const linear_model *model, const motion_input *in, motion *out,
+                     bake_error *error)
 {
-    const motion_input in = {settings, keys, key_count};
     motion_warnings warnings = {0};
     double *values = NULL;
     *out = (motion){0};
-    if (motion_check(&in, model->d, 0, error) || motion_partial_values(&in, model, &values, error))
+    if (motion_check(in, model->d, 0, error) || motion_partial_values(in, model, &values, error))
         return -1;
-    motion_begin(&in, model->d, 1, out);
-    int failed = motion_solve_term(&in, model, values, out->term, &warnings, error);
+    motion_begin(in, model->d, 1, out);
+    out->term->model = model;
+    int failed = motion_solve_term(in, values, out->term, &warnings, error);
     free(values);
     if (failed) {
         motion_free(out);
         return -1;
     }
-    motion_partial_missed(&in, out, keys);
     motion_warned(&warnings, error);
     return 0;
 }
