@@ -251,7 +251,8 @@ static void make_model(const body *b, const space *sp, const double *x, linear_m
     for (size_t j = 0; j < d; j++)
         for (size_t i = 0; i < n; i++)
             part[d + j] += sp->V[j * n + i] * dV[i];
-    must(linear_model_make((int)d, K, part, part + d, part + 2 * d, 0, out, &error), &error);
+    const linear_terms at = {(int)d, K, part, part + d, part + 2 * d, 0};
+    must(linear_model_make(&at, out, &error), &error);
     t->models += lap(&since);
     body_blocks_free(&blocks);
     free(K);

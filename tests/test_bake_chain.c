@@ -134,7 +134,7 @@ static int frequencies(const chain *c, double *lambda)
     CHECK_EQ(space_make(&s, unit, d, &error), 0);
     CHECK_EQ(s.d, d);
     space_reduce_dense(&s, H, K);
-    CHECK_EQ(linear_model_make(d, K, none, none, none, 0, &m, &error), 0);
+    CHECK_EQ(linear_model_make(&(linear_terms){d, K, none, none, none, 0}, &m, &error), 0);
     memcpy(lambda, m.lambda, n * sizeof *lambda);
     linear_model_free(&m);
     space_free(&s);

@@ -258,7 +258,8 @@ static linear_model model_of(const reduced *r)
 {
     linear_model m = {.d = 0};
     bake_error error = {""};
-    CHECK_EQ(linear_model_make(D, r->K, r->z, r->gradient, r->force, 0, &m, &error), 0);
+    CHECK_EQ(
+        linear_model_make(&(linear_terms){D, r->K, r->z, r->gradient, r->force, 0}, &m, &error), 0);
     return m;
 }
 
@@ -328,16 +329,16 @@ static void noise_becomes_zero(void)
                  force[2] = {2, 1};
     linear_model m;
     bake_error error;
-    CHECK_EQ(linear_model_make(2, K, z, gradient, force, 1e-8, &m, &error), 0);
+    CHECK_EQ(linear_model_make(&(linear_terms){2, K, z, gradient, force, 1e-8}, &m, &error), 0);
     CHECK(m.lambda[0] == 0 && m.lambda[1] == 4);
     CHECK(m.inner[0] == 0.5 && m.inner[1] == 0.25 - 4 * 5);
     CHECK(m.outer[0] == -2 && m.outer[1] == -1);
     linear_model_free(&m);
-    CHECK_EQ(linear_model_make(2, K, z, gradient, force, 1e-10, &m, &error), 0);
+    CHECK_EQ(linear_model_make(&(linear_terms){2, K, z, gradient, force, 1e-10}, &m, &error), 0);
     CHECK(m.lambda[0] == 1e-9);
     linear_model_free(&m);
     const double bad[4] = {1, NAN, NAN, 1};
-    CHECK_EQ(linear_model_make(2, bad, z, gradient, force, 0, &m, &error), -1);
+    CHECK_EQ(linear_model_make(&(linear_terms){2, bad, z, gradient, force, 0}, &m, &error), -1);
     CHECK(strstr(error.text, "not a number") != NULL);
 }
 

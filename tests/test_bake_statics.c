@@ -262,8 +262,8 @@ static double push(double share)
     freedom_finish(&free_ones);
     body_hessian(&s.b, s.x, &blocks);
     CHECK_EQ(sparse_from_blocks(&blocks, &free_ones, &K, &error), 0);
-    sparse_factor *f = sparse_factorise(&K, 0, NULL, &error);
-    CHECK(f != NULL);
+    sparse_factor *f = sparse_analyse(&K, &error);
+    CHECK(f != NULL && sparse_refactor(f, &K, 0, NULL, &error) == 0);
     sparse_factor_free(f);
     sparse_free(&K);
     body_blocks_free(&blocks);

@@ -146,9 +146,9 @@ int bodies_make(scene *s, shapes *sh, int verbose, bodies *out, bake_error *erro
     int err = 0;
     *out = (bodies){.report = bake_alloc((size_t)s->body_count + 1, sizeof *out->report)};
     for (int i = 0; i < s->body_count && err == 0; i++) {
-        body_work w;
+        body_work w = {.s = s, .from = &s->bodies[i], .index = i, .verbose = verbose};
         out->count++;
-        err = body_make(s, i, sh, verbose, &w, error);
+        err = body_make(&w, sh, error);
         if (err == 0) {
             err = move(&w, s, out, error);
         }

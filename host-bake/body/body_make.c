@@ -318,9 +318,8 @@ static void take_file_poses(body_work *w, mesh *m)
     m->shape_count = 0;
 }
 
-int body_make(const scene *s, int index, shapes *sh, int verbose, body_work *w, bake_error *error)
+int body_make(body_work *w, shapes *sh, bake_error *error)
 {
-    *w = (body_work){.s = s, .from = &s->bodies[index], .index = index, .verbose = verbose};
     const scene_body *from = w->from;
     int err = 0;
     w->pose = bake_alloc((size_t)from->pose_count, sizeof *w->pose);

@@ -249,7 +249,8 @@ static int make_model(space_work *k, int pose, linear_model *out, bake_error *er
         elastic_terms(k, x, K, gradient);
     }
     reduced_force(k, force);
-    int err = linear_model_make((int)d, K, q_z, gradient, force, k->noise, out, &inner);
+    const linear_terms at = {(int)d, K, q_z, gradient, force, k->noise};
+    int err = linear_model_make(&at, out, &inner);
     free(K);
     free(part);
     return err == 0 ? 0 : body_fail(k->w, k->g->like->line, error, "its model: %s", inner.text);

@@ -59,9 +59,9 @@ int body_fail(const body_work *w, int line, bake_error *error, const char *forma
     ;
 void body_progress(const body_work *w, const char *what);
 
-/* body_make.c: body, regions, what holds it, targets; sh: all meshes, loaded. */
-int body_make(const scene *s, int index, shapes *sh, int verbose, body_work *out,
-              bake_error *error);
+/* body_make.c: body, regions, what holds it, targets. w: zero but for s, from, index, verbose; sh: all
+ * meshes, loaded. */
+int body_make(body_work *w, shapes *sh, bake_error *error);
 void body_work_free(body_work *w);
 
 /* Vertices of a region; -1: all. */

@@ -43,11 +43,16 @@ typedef struct {
     double *Phi;           /* d x d, column-major: q = Phi c */
 } linear_model;
 
-/* K: d x d reduced Hessian V^T d2V(z) V (row-major, symmetric), q_z, gradient = V^T dV(z), force =
- * V^T of the constant forces; noise as in modes.h. The sign of each column of Phi is fixed as in
- * modes.h. */
-int linear_model_make(int d, const double *K, const double *q_z, const double *gradient,
-                      const double *force, double noise, linear_model *out, bake_error *error);
+/* What a model is made of, reduced: K d x d, V^T d2V(z) V, row-major, symmetric; q_z the point z;
+ * gradient V^T dV(z); force V^T of the constant forces; noise as in modes.h. */
+typedef struct {
+    int d;
+    const double *K, *q_z, *gradient, *force;
+    double noise;
+} linear_terms;
+
+/* The sign of each column of Phi is fixed as in modes.h. */
+int linear_model_make(const linear_terms *at, linear_model *out, bake_error *error);
 
 /* lambda, inner, outer = 0: plain cubic splines in the space. */
 void linear_model_plain(int d, linear_model *out);

@@ -178,22 +178,22 @@ static int decouple(int d, const double *K, linear_model *out, bake_error *error
     return 0;
 }
 
-int linear_model_make(int d, const double *K, const double *q_z, const double *gradient,
-                      const double *force, double noise, linear_model *out, bake_error *error)
+int linear_model_make(const linear_terms *at, linear_model *out, bake_error *error)
 {
+    int d = at->d;
     allocate(d, out);
-    if (decouple(d, K, out, error) < 0) {
+    if (decouple(d, at->K, out, error) < 0) {
         linear_model_free(out);
         return -1;
     }
     double *c_z = bake_alloc((size_t)d + 1, sizeof *c_z), largest = 0;
-    linear_model_project(out, q_z, c_z);
-    linear_model_project(out, gradient, out->inner);
-    linear_model_project(out, force, out->outer);
+    linear_model_project(out, at->q_z, c_z);
+    linear_model_project(out, at->gradient, out->inner);
+    linear_model_project(out, at->force, out->outer);
     for (int i = 0; i < d; i++)
         largest = fmax(largest, fabs(out->lambda[i]));
     /* Whatever the caller knows of K, its eigenvalues are off by some d eps |K|. */
-    noise = fmax(noise, d * DBL_EPSILON * largest);
+    double noise = fmax(at->noise, d * DBL_EPSILON * largest);
     for (int i = 0; i < d; i++) {
         out->lambda[i] = fabs(out->lambda[i]) <= noise ? 0 : out->lambda[i];
         out->inner[i] -= out->lambda[i] * c_z[i];

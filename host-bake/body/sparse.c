@@ -265,16 +265,6 @@ int sparse_refactor(sparse_factor *f, const sparse *s, double shift, const doubl
     return f->common.status == CHOLMOD_NOT_POSDEF || f->L->minor < f->L->n;
 }
 
-sparse_factor *sparse_factorise(const sparse *s, double shift, const double *d, bake_error *error)
-{
-    sparse_factor *f = sparse_analyse(s, error);
-    if (f && sparse_refactor(f, s, shift, d, error) != 0) {
-        sparse_factor_free(f);
-        return NULL;
-    }
-    return f;
-}
-
 void sparse_factor_free(sparse_factor *f)
 {
     if (!f) {
@@ -339,9 +329,4 @@ void sparse_solve(sparse_factor *f, double *x, int count)
             at[k] += correction[k];
         }
     }
-}
-
-size_t sparse_factor_bytes(const sparse_factor *f)
-{
-    return f->L->xsize * sizeof(double) + f->L->ssize * sizeof(int);
 }

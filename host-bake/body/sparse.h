@@ -24,17 +24,13 @@ void sparse_multiply(const sparse *s, const double *x, double *y);
 /* A Cholesky factor of S + shift diag(d); opaque. NULL as d: of S. */
 typedef struct sparse_factor sparse_factor;
 
-/* NULL without a message in `error` when the matrix is not positive definite (try a larger shift);
- * NULL with one when there is no memory. */
-sparse_factor *sparse_factorise(const sparse *s, double shift, const double *d, bake_error *error);
-void sparse_factor_free(sparse_factor *f);
-
-/* The same in two steps, for several matrices of one size: the order of elimination is found again
- * only when the pattern has changed. sparse_refactor: 0, 1 = not positive definite (the factor is
- * void until the next one), -1. */
+/* Of matrices of one size: the order of elimination is found once, and again when the pattern has
+ * changed. NULL: no memory. sparse_refactor: 0, 1 = not positive definite (try a larger shift; the
+ * factor is void until then), -1. d NULL: no shift. */
 sparse_factor *sparse_analyse(const sparse *s, bake_error *error);
 int sparse_refactor(sparse_factor *f, const sparse *s, double shift, const double *d,
                     bake_error *error);
+void sparse_factor_free(sparse_factor *f);
 
 /* X = A^-1 B for `count` right-hand sides, column-major, in place. Refined once, so that the
  * residual is that of a backward stable solve. */
@@ -42,8 +38,5 @@ void sparse_solve(sparse_factor *f, double *x, int count);
 
 /* Without the refinement, in half the time: for iterations that see their own error. */
 void sparse_solve_plain(sparse_factor *f, double *x, int count);
-
-/* Bytes of the factor: for progress and measurements. */
-size_t sparse_factor_bytes(const sparse_factor *f);
 
 #endif
