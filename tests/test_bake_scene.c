@@ -1,8 +1,7 @@
 /* Scene files: what is read from the examples, what is said about 173 wrong ones, and that no
  * damaged one does harm.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
-#include "check.h"
-#include "scene.h"
+#include "scene_text.h"
 #include "wiggly_format.h"
 
 #include <math.h>
@@ -13,31 +12,10 @@
 
 #define PI 3.14159265358979323846
 
-static const char scratch[] = "build/scene_test.yaml";
 static const char nod[] = "examples/nod/nod.yaml";
 static const char buses[] = "tests/scenes/buses.yaml";
 static const char meshes[] = "tests/scenes/meshes.yaml";
 static const char puppet[] = "examples/puppet/puppet.yaml";
-
-static scene s;
-static bake_error error;
-
-static int load(const char *path)
-{
-    error.text[0] = '\0';
-    int err = scene_load(path, &s, &error);
-    if (err == 0 ? error.text[0] != '\0' : error.text[0] == '\0' || s.channels != NULL)
-        return -99; /* a message and a scene, or neither */
-    return err;
-}
-
-static int load_text(const char *text, size_t size)
-{
-    FILE *file = fopen(scratch, "wb");
-    CHECK(file != NULL && fwrite(text, 1, size, file) == size);
-    fclose(file);
-    return load(scratch);
-}
 
 static const scene_curve *curve_of(const char *clip, const char *channel)
 {

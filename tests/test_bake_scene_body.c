@@ -2,8 +2,7 @@
  * is wrong: each case changes one text of the good scene.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "bodies_wrong.h"
-#include "check.h"
-#include "scene.h"
+#include "scene_text.h"
 #include "wiggly_format.h"
 
 #include <math.h>
@@ -12,27 +11,6 @@
 #include <unistd.h>
 
 static const char good[] = "tests/scenes/bodies.yaml";
-static const char scratch[] = "build/scene_body_test.yaml";
-
-static scene s;
-static bake_error error;
-
-static int load(const char *path)
-{
-    error.text[0] = '\0';
-    int err = scene_load(path, &s, &error);
-    if (err == 0 ? error.text[0] != '\0' : error.text[0] == '\0' || s.bodies != NULL)
-        return -99; /* a message and a scene, or neither */
-    return err;
-}
-
-static int load_text(const char *text, size_t size)
-{
-    FILE *file = fopen(scratch, "wb");
-    CHECK(file != NULL && fwrite(text, 1, size, file) == size);
-    fclose(file);
-    return load(scratch);
-}
 
 static void need_good(void)
 {
