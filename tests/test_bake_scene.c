@@ -263,7 +263,7 @@ static void ends_come_from_keys_fields_and_defaults(void)
         "     keys: [{time: 0, value: 1 mm, velocity: 3 mm/s, acceleration: 5},\n"
         "            {time: 1 s, velocity: 0}, {time: 2, value: 4, velocity: 1, weight: 7}]}\n";
     CHECK_EQ(load_text(text, sizeof text - 1), 0);
-    CHECK(strcmp(s.name, "scene_test") == 0);
+    CHECK(strcmp(s.name, "scene_text") == 0);
     const scene_curve *a = curve_of("c", "a"), *b = curve_of("c", "b");
     CHECK(b->end[0] == BAKE_END_ACCELERATION && b->end_value[0] == 9);
     CHECK(b->end[1] == BAKE_END_VELOCITY && b->end_value[1] == -2);
