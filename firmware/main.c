@@ -19,6 +19,10 @@
 
 #include "clip.h" /* CLIP_*: the clip and its sizes, written by the baker */
 
+#ifndef CLIP_FIELDS
+#define CLIP_FIELDS 0 /* channels that are means of others */
+#endif
+
 #ifndef BOARD_FRAMES
 #define BOARD_FRAMES 0 /* how many frames until the firmware stops; 0: it never does */
 #endif
@@ -119,6 +123,9 @@ static void frame(uint32_t now_us, uint32_t dt_us)
         log_number("event ", event.id);
     }
     wg_player_sample(&player, values);
+    if (CLIP_FIELDS) { /* the linker drops it otherwise */
+        wg_fields_set(&file, values);
+    }
     wg_servo_step(&file, servos, values, dt_us);
     send(wg_maestro_frame(&file, servos, maestro_options, bytes, sizeof bytes));
     send(wg_dynamixel2_frame(&file, servos, bytes, sizeof bytes));
@@ -174,6 +181,10 @@ int main(void)
 {
     hal_init();
     need(wg_open(&file, CLIP_DATA, CLIP_BYTES));
+    if (CLIP_FIELDS) { /* skins are checked against their shapes */
+        need(wg_open_shapes(&file));
+        need(wg_open_skins(&file));
+    }
     log_number("opened: servos ", file.section[WG_SECTION_SERVOS].count);
     wg_player_init(&player, &file, layers, CLIP_LAYERS);
     wg_servo_init(servos, &file);

@@ -6,7 +6,7 @@
 
 #include "fix.h"
 #include "panel.h"
-#include "picture.h"
+#include "picture_skin.h"
 
 #include "clip.h"
 
@@ -15,6 +15,11 @@
 
 #ifndef CLIP_NORMALS
 #define CLIP_NORMALS 0 /* CLIP_VERTICES if some are to be recomputed for every picture */
+#endif
+#ifndef CLIP_SKINS
+#define CLIP_SKINS  0
+#define CLIP_BONES  0 /* of the skin that has most */
+#define CLIP_PAINTS 0
 #endif
 
 WG_STATIC_ASSERT(PANEL_WIDTH <= WG_SIDE_MAX && PANEL_HEIGHT <= WG_SIDE_MAX);
@@ -26,6 +31,8 @@ static wg_vertex vertices[CLIP_VERTICES + 1]; /* an array of none is not C */
 static uint8_t shades[CLIP_VERTICES + 1];
 static int16_t normals[3 * CLIP_NORMALS + 1];
 static int16_t weights[CLIP_BASES + 1];
+static wg_bone bones[CLIP_BONES + 1];
+static wg_picture_skins skins;
 static uint32_t band[PANEL_HEAD / 4 + PANEL_WIDTH * PANEL_ROWS];
 static int32_t seen[CLIP_CHANNELS]; /* by the picture that is being made */
 static wg_rect dirty, rect;         /* what is to be sent, and the band of it that is next */
@@ -37,9 +44,16 @@ int screen_start(const wg_file *file)
     const wg_picture_memory memory = {vertices, shades, CLIP_NORMALS ? normals : NULL, weights};
     const wg_size size = {PANEL_WIDTH, PANEL_HEIGHT};
     int error = wg_open_shapes(file);
+    if (error == 0 && (CLIP_SKINS || CLIP_PAINTS)) {
+        error = wg_open_skins(file);
+    }
     shown = error == 0 && file->section[WG_SECTION_VIEWS].count > 0;
     if (shown) {
         wg_picture_init(&picture, file, size, &memory);
+        if (CLIP_SKINS || CLIP_PAINTS) { /* what a clip has not is not linked */
+            skins.bones = bones;
+            wg_picture_paint(&picture, CLIP_SKINS ? &skins : NULL);
+        }
         panel_start();
     }
     return error;
@@ -72,10 +86,15 @@ static void next_band(void)
     stage = rect.x0 < rect.x1 && rows > 0 ? DRAWING : IDLE;
 }
 
+static bool step(void)
+{
+    return CLIP_SKINS ? wg_picture_step_skinned(&picture) : wg_picture_step(&picture);
+}
+
 bool screen_work(void)
 {
     const wg_size align = {PANEL_ALIGN_X, PANEL_ALIGN_Y};
-    if (stage == POSING && !wg_picture_step(&picture)) {
+    if (stage == POSING && !step()) {
         dirty = wg_picture_dirty(&picture, align);
         rect = dirty;
         rect.y1 = dirty.y0;

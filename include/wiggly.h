@@ -60,6 +60,12 @@ extern "C" {
 #define WG_ERR_BLOCK     (-20)
 #define WG_ERR_PART      (-21)
 #define WG_ERR_VIEW      (-22)
+#define WG_ERR_BONE      (-23)
+#define WG_ERR_JOINT     (-24)
+#define WG_ERR_SKIN      (-25)
+#define WG_ERR_SPAN      (-26)
+#define WG_ERR_FIELD     (-27)
+#define WG_ERR_PAINT     (-28)
 
 /* ---- the file -------------------------------------------------------------------------------- */
 
@@ -241,6 +247,62 @@ void wg_pose_set_normals(wg_pose *pose, const int32_t *values, uint16_t bases,
  *   cost     a block whose weights are 0, and a vertex outside the blocks, cost nothing
  *   differs  [Alexa 7.3.3] N8 has one block a basis; here any number, so that shapes may overlap */
 void wg_pose_vertices(const wg_pose *pose, uint16_t first, uint16_t count, int32_t *xyz);
+
+/* ---- skins: vertices follow bones --------------------------------------------------------------
+ *
+ *   if (wg_open_skins(&file) < 0) stop();         // once, after wg_open_shapes
+ *   has = wg_skin_init(&skin, &file, 0, bones);   // wg_bone bones[CLIP_BONES]
+ *   wg_fields_set(&file, values);                 // after wg_player_sample
+ *   wg_pose_set(&pose, values, WG_BASES_MAX, NULL);
+ *   wg_skin_set(&skin, values, NULL);
+ *   wg_skin_vertices(&skin, &pose, first, count, xyz); // instead of wg_pose_vertices
+ */
+
+/* Validates the sections of bones, skins, fields and paints: once, before any function below.
+ *                                                                                [SPEC 4.18-4.23]
+ *   returns  0, or WG_ERR_BONE .. WG_ERR_PAINT
+ *   cost     one walk over the records and over the influences of every vertex */
+int wg_open_skins(const wg_file *file);
+
+/* A bone at one moment; what it holds depends on the skin's method. */
+typedef union {
+    int32_t word[16];
+    int16_t half[32];
+} wg_bone;
+
+typedef struct {
+    const wg_file *file;
+    const uint8_t *record;
+    wg_bone *bones;
+    wg_rigid camera;
+    int32_t move[3]; /* added to every vertex, raw units / 2^WG_POSE_BITS */
+    bool looks;      /* there is a camera */
+} wg_skin;
+
+/* The skin of a shape; false if it has none.
+ *   bones  bone_count of the skin, at most CLIP_BONES; the skin's until it is dropped */
+bool wg_skin_init(wg_skin *skin, const wg_file *file, uint8_t shape, wg_bone *bones);
+
+/* Bones at the moment of `values`.    [SPEC 6.9; Jacobson 4.3.4 (pseudo-edges), (6.4)-(6.6)]
+ *   camera   applied after them, or NULL; with one, the bits may differ from the reference's
+ *   cost     about 900 instructions a bone on a Cortex-M3, 1,400 with stretch and twist */
+void wg_skin_set(wg_skin *skin, const int32_t *values, const wg_rigid *camera);
+
+/* Vertices first .. first + count - 1: rest and weighted bases of `pose`, then the bones.
+ *                                                    [SPEC 6.10; Jacobson (6.2), (6.5), (6.6)]
+ *   pose     of the skin's shape, set without a camera
+ *   xyz      as wg_pose_vertices */
+void wg_skin_vertices(const wg_skin *skin, const wg_pose *pose, uint16_t first, uint16_t count,
+                      int32_t *xyz);
+
+/* The brightness of vertices as a field: the mean of the bones' value channels, 1 = 255. [SPEC 6.11]
+ */
+void wg_skin_brightness(const wg_skin *skin, const int32_t *values, uint16_t first, uint16_t count,
+                        uint8_t *out);
+
+/* The channels that are fields, from the others: after wg_player_sample or wg_clip_sample, in
+ * place.                                                              [SPEC 6.12; Jacobson (5.2)] */
+void wg_fields_set(const wg_file *file, int32_t *values);
 
 #ifdef __cplusplus
 }

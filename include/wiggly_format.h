@@ -5,7 +5,7 @@
 
 #define WG_FORMAT_MAGIC 0x594c4757u /* 3.1 "WGLY" */
 #define WG_FORMAT_MAJOR 1u          /* 3.1 another major: reject */
-#define WG_FORMAT_MINOR 1u          /* 3.1 a newer minor still plays */
+#define WG_FORMAT_MINOR 2u          /* 3.1 a newer minor still plays */
 
 /* 3.1 header */
 #define WG_HEADER_BYTES    16u
@@ -37,7 +37,13 @@
 #define WG_SECTION_BLOCKS   15u
 #define WG_SECTION_PARTS    16u
 #define WG_SECTION_VIEWS    17u
-#define WG_SECTION_KNOWN    17u
+#define WG_SECTION_BONES    18u /* 18 to 23: since 1.2 */
+#define WG_SECTION_JOINTS   19u
+#define WG_SECTION_SKINS    20u
+#define WG_SECTION_SPANS    21u
+#define WG_SECTION_FIELDS   22u
+#define WG_SECTION_PAINTS   23u
+#define WG_SECTION_KNOWN    23u
 
 /* 4 limits */
 #define WG_CHANNELS_MAX 256u
@@ -249,6 +255,93 @@
 
 #define WG_PERSPECTIVE  0u
 #define WG_ORTHOGRAPHIC 1u
+
+/* 4.18 bone: u16 parent, u16 joint_first, u8 joint_count, u8 along, u16 value, i32 origin[3],
+ * i32 length, i16 frame[10] (Q14: 00 01 10 11 20 21 02 12 22, then 0), u32 0 */
+#define WG_BONE_BYTES       48u
+#define WG_BONE_PARENT      0u
+#define WG_BONE_JOINT_FIRST 2u
+#define WG_BONE_JOINT_COUNT 4u
+#define WG_BONE_ALONG       5u
+#define WG_BONE_VALUE       6u
+#define WG_BONE_ORIGIN      8u
+#define WG_BONE_LENGTH      20u
+#define WG_BONE_FRAME       24u
+
+#define WG_BONES_MAX  256u       /* of one skin */
+#define WG_BONES_ALL  4096u      /* of a clip */
+#define WG_BONE_PLACE (1L << 26) /* |origin|, length */
+
+/* 4.19 joint: u8 kind, u8 count, u16 channel, u32 data, i32 axis[3] (Q30) */
+#define WG_JOINT_BYTES   20u
+#define WG_JOINT_KIND    0u
+#define WG_JOINT_COUNT   1u
+#define WG_JOINT_CHANNEL 2u
+#define WG_JOINT_DATA    4u
+#define WG_JOINT_AXIS    8u
+
+#define WG_JOINT_AXIS_ONE (1L << 30) /* each component's most */
+
+#define WG_JOINT_TURN        0u
+#define WG_JOINT_MOVE        1u
+#define WG_JOINT_QUATERNION  2u
+#define WG_JOINT_STRETCH     3u
+#define WG_JOINT_TWIST_START 4u
+#define WG_JOINT_TWIST_END   5u
+#define WG_JOINT_FOLLOW      6u
+#define WG_JOINT_KINDS       7u
+#define WG_FOLLOW_MAX        8u
+
+/* 4.20 skin: u16 shape, u8 method, u8 ends, u16 bone_first, u16 bone_count, u16 span_first,
+ * u16 span_count, u32 0 */
+#define WG_SKIN_BYTES      16u
+#define WG_SKIN_SHAPE      0u
+#define WG_SKIN_METHOD     2u
+#define WG_SKIN_ENDS       3u
+#define WG_SKIN_BONE_FIRST 4u
+#define WG_SKIN_BONE_COUNT 6u
+#define WG_SKIN_SPAN_FIRST 8u
+#define WG_SKIN_SPAN_COUNT 10u
+
+#define WG_SKIN_LINEAR 0u
+#define WG_SKIN_DUAL   1u
+#define WG_SKIN_SHIFT  2u
+
+/* 4.21 span: u16 first, u16 count, u8 influences, u8 0, u16 0, u32 data */
+#define WG_SPAN_BYTES      12u
+#define WG_SPAN_FIRST      0u
+#define WG_SPAN_COUNT      2u
+#define WG_SPAN_INFLUENCES 4u
+#define WG_SPAN_DATA       8u
+
+#define WG_INFLUENCES_MAX 8u
+#define WG_SKINS_MAX      16u
+#define WG_WEIGHT_SUM     255u /* of a vertex; the first weight counts one more */
+
+/* 4.22 field: u16 channel, u8 count, u8 0, u32 data */
+#define WG_FIELD_BYTES   8u
+#define WG_FIELD_CHANNEL 0u
+#define WG_FIELD_COUNT   2u
+#define WG_FIELD_DATA    4u
+
+#define WG_FIELDS_MAX 256u
+
+/* 4.23 paint: u16 part, u8 kind, u8 0, u16 width, u16 height, u32 palette, u32 texels, i32 step,
+ * i32 corner[2] */
+#define WG_PAINT_BYTES   28u
+#define WG_PAINT_PART    0u
+#define WG_PAINT_KIND    2u
+#define WG_PAINT_WIDTH   4u
+#define WG_PAINT_HEIGHT  6u
+#define WG_PAINT_PALETTE 8u
+#define WG_PAINT_TEXELS  12u
+#define WG_PAINT_STEP    16u
+#define WG_PAINT_CORNER  20u
+
+#define WG_PAINT_FIELD   0u
+#define WG_PAINT_PICTURE 1u
+#define WG_PALETTE_BYTES 768u
+#define WG_TEXELS_MAX    1024u /* a side */
 
 #define WG_SHADING_WIRE   0u
 #define WG_SHADING_FLAT   1u

@@ -1,5 +1,6 @@
 /* Builds clips for tests, record by record, as SPEC.md lays them down. Header-only: it shares no
- * code with the baker and none with the player. Values are written as given, right or wrong.
+ * code with the baker and none with the player. Values are written as given, right or wrong. Skins
+ * are in clip_build_skin.h.
  * SPDX-License-Identifier: MIT */
 #ifndef CLIP_BUILD_H
 #define CLIP_BUILD_H
@@ -462,7 +463,8 @@ static inline uint8_t *build_finish(build *b, uint32_t *size)
 /* Where record `index` of a section starts in a finished file. */
 static inline uint32_t build_where(const uint8_t *file, uint32_t kind, uint32_t index)
 {
-    static const uint8_t STRIDE[] = {0, 8, 24, 6, 20, 1, 4, 1, 8, 12, 8, 20, 1, 32, 8, 16, 16, 28};
+    static const uint8_t STRIDE[] = {0, 8,  24, 6,  20, 1,  4,  1,  8,  12, 8, 20,
+                                     1, 32, 8,  16, 16, 28, 48, 20, 16, 12, 8, 28};
     const uint8_t *entry = file + WG_HEADER_BYTES;
     while (build_get(entry, 2) != kind) {
         entry += WG_DIRECTORY_BYTES;

@@ -4,9 +4,12 @@
  *   logs "hash XXXXXXXX" (FNV-1a, 32 bits, over little-endian bytes) and stops with 0
  * SPDX-License-Identifier: MIT */
 #include "hal.h"
+#include "picture_skin.h"
 #include "pixels.h"
 #include "wg_mem.h"
 #include "clip.h"
+
+#include <stddef.h>
 
 #define PURE_STEP_US 10000u
 #define PLAY_TICK_US 20000u
@@ -16,10 +19,19 @@
 
 #define PICTURE_WIDTH  32u
 #define PICTURE_HEIGHT 24u
-/* What a board of 8 KB has memory for, and then every board: pictures, recomputed normals too. */
-#define PICTURE_RAM    5600u
-#define PICTURES       (UINT32_C(7) * CLIP_VERTICES <= PICTURE_RAM)
-#define NORMALS        (CLIP_NORMALS > 0 && UINT32_C(13) * CLIP_VERTICES <= PICTURE_RAM)
+#ifndef CLIP_SKINS
+#define CLIP_SKINS  0
+#define CLIP_BONES  0
+#define CLIP_FIELDS 0
+#define CLIP_PAINTS 0
+#endif
+#define HAS_SKINS   (CLIP_SKINS || CLIP_FIELDS || CLIP_PAINTS)
+/* What a board of 8 KB has memory for, and then every board: bones, pictures, recomputed normals. */
+#define PICTURE_RAM 5600u
+#define BONES_RAM   (UINT32_C(64) * CLIP_BONES)
+#define BONES       (CLIP_SKINS > 0 && BONES_RAM <= PICTURE_RAM / 2u)
+#define PICTURES    (UINT32_C(7) * CLIP_VERTICES + BONES_RAM <= PICTURE_RAM)
+#define NORMALS     (CLIP_NORMALS > 0 && UINT32_C(13) * CLIP_VERTICES + BONES_RAM <= PICTURE_RAM)
 
 static wg_file file;
 static wg_layer layers[CLIP_LAYERS];
@@ -32,6 +44,8 @@ static wg_picture picture;
 static wg_vertex vertices[PICTURES ? CLIP_VERTICES + 1u : 1u];
 static uint8_t shades[PICTURES ? CLIP_VERTICES + 1u : 1u];
 static int16_t made[NORMALS ? 3u * CLIP_NORMALS : 1u]; /* normals */
+static wg_bone bones[BONES ? CLIP_BONES : 1u];
+static wg_picture_skins skins;
 
 static uint32_t hash_u32(uint32_t hash, uint32_t word)
 {
@@ -48,6 +62,13 @@ static uint32_t hash_values(uint32_t hash, const int32_t *v)
         hash = hash_u32(hash, (uint32_t)v[channel]);
     }
     return hash;
+}
+
+static void set_fields(void)
+{
+    if (CLIP_FIELDS) { /* the linker drops it otherwise */
+        wg_fields_set(&file, values);
+    }
 }
 
 /* Every clip from its start to one step past its end. */
@@ -99,17 +120,24 @@ static uint32_t hash_player(uint32_t hash)
             hash = hash_u32(hash, (uint32_t)event.id << 16 | event.layer);
         }
         wg_player_sample(&player, values);
+        set_fields();
         hash = hash_values(hash, values);
     }
     return hash;
 }
 
-static uint32_t hash_vertices(uint32_t hash, const wg_pose *pose, uint16_t range)
+/* `skin`: that the pose goes through, or NULL. */
+static uint32_t hash_vertices(uint32_t hash, const wg_pose *pose, const wg_skin *skin,
+                              uint16_t range)
 {
     for (uint32_t first = 0; first < pose->vertices; first += range) {
         uint32_t left = pose->vertices - first;
         uint16_t count = (uint16_t)(left < range ? left : range);
-        wg_pose_vertices(pose, (uint16_t)first, count, xyz);
+        if (BONES && skin) {
+            wg_skin_vertices(skin, pose, (uint16_t)first, count, xyz);
+        } else {
+            wg_pose_vertices(pose, (uint16_t)first, count, xyz);
+        }
         for (uint16_t i = 0; i < 3u * count; i++) {
             hash = hash_u32(hash, (uint32_t)xyz[i]);
         }
@@ -117,24 +145,48 @@ static uint32_t hash_vertices(uint32_t hash, const wg_pose *pose, uint16_t range
     return hash;
 }
 
+static const wg_rigid CAMERA = {{INT32_C(644245094), INT32_C(-858993459), 0, INT32_C(858993459),
+                                 INT32_C(644245094), 0, 0, 0, INT32_C(1) << 30},
+                                {INT32_C(12345), INT32_C(-6789), INT32_C(101112)},
+                                10};
+
+/* A shape that follows bones, by itself and before a camera; as a field. */
+static uint32_t hash_skin(uint32_t hash, uint8_t shape)
+{
+    wg_skin *skin = &skins.skin;
+    wg_pose pose;
+    if (!wg_skin_init(skin, &file, shape, bones)) {
+        return hash;
+    }
+    wg_pose_init(&pose, &file, shape, weights);
+    wg_pose_set(&pose, values, WG_BASES_MAX, 0);
+    wg_skin_set(skin, values, 0);
+    hash = hash_vertices(hash, &pose, skin, POSE_RANGE);
+    hash = hash_vertices(hash, &pose, skin, 7);
+    wg_skin_set(skin, values, &CAMERA);
+    hash = hash_vertices(hash, &pose, skin, POSE_RANGE);
+    for (uint32_t i = 0; i < pose.vertices; i++) {
+        uint8_t bright;
+        wg_skin_brightness(skin, values, (uint16_t)i, 1, &bright);
+        hash = hash_u32(hash, bright);
+    }
+    return hash;
+}
+
 /* A shape by itself, before a camera with all but one basis, and as its own normals. */
 static uint32_t hash_shape(uint32_t hash, uint8_t shape)
 {
-    static const wg_rigid CAMERA = {{INT32_C(644245094), INT32_C(-858993459), 0, INT32_C(858993459),
-                                     INT32_C(644245094), 0, 0, 0, INT32_C(1) << 30},
-                                    {INT32_C(12345), INT32_C(-6789), INT32_C(101112)},
-                                    10};
     wg_pose pose, normals;
     wg_pose_init(&pose, &file, shape, weights);
     wg_pose_set(&pose, values, WG_BASES_MAX, 0);
-    hash = hash_vertices(hash, &pose, POSE_RANGE);
-    hash = hash_vertices(hash, &pose, 7);
+    hash = hash_vertices(hash, &pose, NULL, POSE_RANGE);
+    hash = hash_vertices(hash, &pose, NULL, 7);
     uint16_t bases = wg_rd16(pose.record + WG_SHAPE_BASIS_COUNT);
     wg_pose_set(&pose, values, (uint16_t)(bases > 0 ? bases - 1u : 0), &CAMERA);
-    hash = hash_vertices(hash, &pose, POSE_RANGE);
+    hash = hash_vertices(hash, &pose, NULL, POSE_RANGE);
     wg_pose_init(&normals, &file, shape, weights);
     wg_pose_set_normals(&normals, values, WG_BASES_MAX, &pose);
-    return hash_vertices(hash, &normals, POSE_RANGE);
+    return hash_vertices(hash, &normals, NULL, POSE_RANGE);
 }
 
 static uint32_t hash_shapes(uint32_t hash)
@@ -144,8 +196,10 @@ static uint32_t hash_shapes(uint32_t hash)
         uint32_t last_us = wg_rd32(clips->at + (uint32_t)clip * WG_CLIP_BYTES + WG_CLIP_US);
         for (uint8_t i = 0; i < POSE_TIMES; i++) {
             wg_clip_sample(&file, clip, last_us / (POSE_TIMES - 1u) * i, values, 0);
+            set_fields();
             for (uint8_t shape = 0; shape < file.section[WG_SECTION_SHAPES].count; shape++) {
                 hash = hash_shape(hash, shape);
+                hash = BONES ? hash_skin(hash, shape) : hash;
             }
         }
     }
@@ -171,7 +225,11 @@ static uint32_t hash_band(uint32_t hash, wg_rect rect)
 /* In bands of 5 lines and then in columns, as many as there is memory for. */
 static uint32_t hash_picture(uint32_t hash)
 {
-    wg_picture_set(&picture, values);
+    if (CLIP_SKINS) {
+        wg_picture_set_skinned(&picture, values);
+    } else {
+        wg_picture_set(&picture, values);
+    }
     for (uint16_t y = 0; y < PICTURE_HEIGHT; y = (uint16_t)(y + 5u)) {
         uint16_t end = (uint16_t)(y + 5u < PICTURE_HEIGHT ? y + 5u : PICTURE_HEIGHT);
         const wg_rect rect = {0, y, PICTURE_WIDTH, end};
@@ -194,10 +252,15 @@ static uint32_t hash_pictures(uint32_t hash)
         return hash;
     }
     wg_picture_init(&picture, &file, size, &memory);
+    if (HAS_SKINS) {
+        skins.bones = bones;
+        wg_picture_paint(&picture, BONES ? &skins : NULL);
+    }
     for (uint8_t i = 0; i < 3u * file.section[WG_SECTION_VIEWS].count; i++) { /* <= 48 */
         uint8_t clip = (uint8_t)(i % clips->count);
         uint32_t last_us = wg_rd32(clips->at + (uint32_t)clip * WG_CLIP_BYTES + WG_CLIP_US);
         wg_clip_sample(&file, clip, last_us / 4u * (i % 4u), values, 0);
+        set_fields();
         wg_picture_look(&picture, (uint8_t)(i / 3u));
         picture.shading = (uint8_t)(i % 3u);
         hash = hash_picture(hash);
@@ -218,7 +281,8 @@ static void log_hash(uint32_t hash)
 int main(void)
 {
     hal_init();
-    if (wg_open(&file, CLIP_DATA, CLIP_BYTES) < 0 || wg_open_shapes(&file) < 0) {
+    if (wg_open(&file, CLIP_DATA, CLIP_BYTES) < 0 || wg_open_shapes(&file) < 0 ||
+        (HAS_SKINS && wg_open_skins(&file) < 0)) {
         hal_log("clip refused");
         hal_stop(1);
     }

@@ -8,7 +8,7 @@
 
 /* The certificate's RAM figure is made of these (host-bake/certify.c). */
 #define ASSERT_SIZE(type, bytes) typedef char size_of_##type[sizeof(type) == (bytes) ? 1 : -1]
-ASSERT_SIZE(wg_file, 216);
+ASSERT_SIZE(wg_file, 288);
 ASSERT_SIZE(wg_player, 16);
 ASSERT_SIZE(wg_layer, 48);
 ASSERT_SIZE(wg_servo, 12);

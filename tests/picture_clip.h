@@ -8,8 +8,8 @@
 #include <stdlib.h>
 
 #include "check.h"
-#include "clip_build.h"
-#include "picture.h"
+#include "clip_build_skin.h"
+#include "picture_skin.h"
 
 #define PC_ANGLE     16 /* frac of the angles' channels */
 #define PC_LENGTH    12 /* frac of the lengths' channels */
@@ -18,6 +18,8 @@
 #define PC_TRIANGLES 8192
 #define PC_PARTS     64
 #define PC_SIDE      400 /* pixels at most */
+#define PC_CHANNELS  16  /* those of the view first */
+#define PC_BONES     8
 
 /* Corners in units of length and triangles; part[i] is the first triangle of part i. */
 typedef struct {
@@ -27,14 +29,17 @@ typedef struct {
     unsigned part[PC_PARTS + 1];
     uint8_t sides;
     int fixed; /* a second shape holds normals: the vertices' directions from the middle */
+    void (*more)(build *b); /* adds skins, paints and their channels, or NULL */
 } pc_mesh;
 
 /* What is looked at and how, and the raster's memory. */
 typedef struct {
     uint8_t *clip;
     wg_file file;
-    int32_t values[WG_VIEW_CHANNELS];
+    int32_t values[PC_CHANNELS];
     wg_picture picture;
+    wg_picture_skins skins;
+    wg_bone bones[PC_BONES];
     wg_vertex *vertices;
     uint8_t *shades;
     int16_t *normals;
@@ -104,6 +109,9 @@ static inline uint8_t *pc_clip(pc_mesh *m, uint8_t projection, uint8_t shading, 
         build_part(&b, &part);
     }
     build_view(&b, projection, shading, CHANNELS);
+    if (m->more) {
+        m->more(&b);
+    }
     return build_finish(&b, size);
 }
 
@@ -114,7 +122,7 @@ static inline void pc_look(pc_scene *s, const pc_camera *c)
     for (unsigned i = 0; i < WG_VIEW_CHANNELS; i++) {
         s->values[i] = (int32_t)lrint(ldexp(numbers[i], i < 3 ? PC_ANGLE : PC_LENGTH));
     }
-    wg_picture_set(&s->picture, s->values);
+    wg_picture_set_skinned(&s->picture, s->values);
 }
 
 /* `smooth`: with memory for it. */
@@ -131,6 +139,11 @@ static inline void pc_open(pc_scene *s, pc_mesh *m, uint8_t projection, uint8_t 
     s->pixels = malloc((size_t)size.width * size.height * sizeof *s->pixels);
     const wg_picture_memory memory = {s->vertices, s->shades, s->normals, s->weights};
     wg_picture_init(&s->picture, &s->file, size, &memory);
+    if (m->more) {
+        s->skins.bones = s->bones;
+        CHECK_EQ(wg_open_skins(&s->file), 0);
+        wg_picture_paint(&s->picture, &s->skins);
+    }
 }
 
 static inline void pc_close(pc_scene *s)

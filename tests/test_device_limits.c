@@ -49,9 +49,9 @@ static void nothing_wraps_at_the_nearest_plane(void)
     pc_look(&scene, &camera);
     CHECK_EQ(scene.picture.view.distance, 1 << 24);
     for (unsigned n = 0; n < sizeof NEAREST / sizeof *NEAREST; n++) {
-        const wg_canvas canvas = {&scene.picture.view, pixels, {0, 0, SIDE, SIDE},
-                                  WG_SHADING_SMOOTH,   1,      1};
-        wg_triangle t = {{NULL, NULL, NULL}, NULL, {200, 200, 200}, 0};
+        const wg_canvas canvas = {
+            &scene.picture.view, pixels, {0, 0, SIDE, SIDE}, WG_SHADING_SMOOTH, 1, 1, NULL};
+        wg_triangle t = {{NULL, NULL, NULL}, NULL, {200, 200, 200}, 0, {{0}}};
         wg_vertex corner[3];
         double near[3];
         for (unsigned i = 0; i < 3; i++) {

@@ -22,7 +22,7 @@ static uint32_t dice(uint32_t sides)
 
 static wg_canvas canvas_of(uint8_t shading)
 {
-    wg_canvas c = {&view, pixels, {0, 0, SIDE, SIDE}, shading, 1, 0};
+    wg_canvas c = {&view, pixels, {0, 0, SIDE, SIDE}, shading, 1, 0, NULL};
     memset(pixels, 0, sizeof pixels);
     return c;
 }
@@ -31,7 +31,7 @@ static wg_vertex corner[3]; /* of the triangle */
 
 static wg_triangle triangle_of(const int xy[3][2])
 {
-    wg_triangle t = {{&corner[0], &corner[1], &corner[2]}, NULL, {200, 200, 200}, WG_EDGES};
+    wg_triangle t = {{&corner[0], &corner[1], &corner[2]}, NULL, {200, 200, 200}, WG_EDGES, {{0}}};
     for (unsigned i = 0; i < 3; i++) {
         corner[i].x = (int16_t)xy[i][0];
         corner[i].y = (int16_t)xy[i][1];

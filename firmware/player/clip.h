@@ -18,6 +18,12 @@ static inline const uint8_t *wg_clip_record(const wg_file *file, uint8_t clip)
     return wg_record(file, WG_SECTION_CLIPS, clip, WG_CLIP_BYTES);
 }
 
+static inline int wg_channel_frac(const wg_file *file, uint16_t channel)
+{
+    return (int8_t)wg_rd8(wg_record(file, WG_SECTION_CHANNELS, channel, WG_CHANNEL_BYTES) +
+                          WG_CHANNEL_FRAC);
+}
+
 /* Duration in us Q16 (48 bits). */
 uint64_t wg_clip_duration(const wg_file *file, uint8_t clip);
 

@@ -35,10 +35,16 @@ static inline int32_t fix_mulq(int32_t a, int16_t b)
     return wg_mulq(a, b);
 }
 
-/* floor(a w / 2^15) for a weight w in 0..32768 and |a| <= 2^30; w = 32768 gives a itself. */
+/* floor(a w / 2^15) for a weight w in 0..32768; w = 32768 gives a itself. */
 static inline int32_t fix_weigh(int32_t a, uint16_t w)
 {
     return wg_weigh(a, w);
+}
+
+/* floor(a w / 2^10) for a weight w in 0..256, in parts of 256: the same bits as fix_weigh(a, 32 w). */
+static inline int32_t fix_share(int32_t a, uint16_t w)
+{
+    return wg_share(a, w);
 }
 
 /* a + b and a - b modulo 2^32: defined for every pair. */
@@ -50,6 +56,12 @@ static inline int32_t fix_add(int32_t a, int32_t b)
 static inline int32_t fix_sub(int32_t a, int32_t b)
 {
     return (int32_t)((uint32_t)a - (uint32_t)b);
+}
+
+/* floor(v rate / 2^16) modulo 2^32 for rate in 0 .. 2^31 - 1: the phase of a channel's value. */
+static inline uint32_t fix_phase(int32_t v, uint32_t rate)
+{
+    return wg_mulsm(v, (int32_t)rate);
 }
 
 /* a 2^bits modulo 2^32; bits in 0..31. */
@@ -91,6 +103,34 @@ static inline int32_t fix_scale(int32_t a, int bits)
                       : fix_shl(a, bits < 30 ? (unsigned)bits : 0);
 }
 
+/* How many bits a takes: 0 for 0, 32 from 2^31 on. */
+static inline unsigned fix_bits(uint32_t a)
+{
+    unsigned bits = 0;
+    for (unsigned step = 16; step > 0; step /= 2) { /* 5 rounds */
+        if (a >> step != 0) {
+            a >>= step;
+            bits += step;
+        }
+    }
+    return bits + (a != 0);
+}
+
+/* floor(sqrt(a)), a bit of the root a round. */
+static inline uint16_t fix_sqrt(uint32_t a)
+{
+    uint32_t root = 0;
+    for (uint32_t bit = UINT32_C(1) << 30; bit > 0; bit >>= 2) { /* 16 rounds */
+        uint32_t square = root + bit;
+        root >>= 1;
+        if (a >= square) {
+            a -= square;
+            root += bit;
+        }
+    }
+    return (uint16_t)root;
+}
+
 /* round(2^(30 - i/32)), i = 0..31, but 2^30 - 1 for i = 0, so that the sum of two exponentials is
  * an int32; read through wg_rd32. */
 extern const int32_t fix_exp2_table[32];
@@ -128,6 +168,27 @@ static inline fix_turn fix_sincos(uint32_t phase)
     int32_t odd_quarter = (int32_t)(quarter << 1) >> 31, upper = (int32_t)quarter >> 31;
     int32_t swap = (c ^ s) & odd_quarter, minus = odd_quarter ^ upper;
     fix_turn t = {((c ^ swap) ^ minus) - minus, ((s ^ swap) ^ upper) - upper};
+    return t;
+}
+
+/* Cosine and sine in Q14. */
+typedef struct {
+    int16_t cosine, sine;
+} fix_turn14;
+
+/* round(2^14 sin(2 pi j / 256)), j = 0..319; read through wg_rd16. */
+extern const int16_t fix_sine_table[320];
+
+/* Of a phase in turns / 2^32: the nearest of 256 directions, and from there along the tangent, so
+ * that the length is at most (pi / 256)^2 / 2 = 7.6e-5 too large. 105414357 is 2 pi 2^24. */
+static inline fix_turn14 fix_turn16(uint32_t phase)
+{
+    uint8_t j = (uint8_t)((phase + UINT32_C(0x00800000)) >> 24);
+    int32_t d_q32 = fix_mulh((int32_t)(phase << 8), INT32_C(105414357)); /* < 2^26 */
+    int32_t s = (int16_t)wg_rd16(&fix_sine_table[j]);
+    int32_t c = (int16_t)wg_rd16(&fix_sine_table[j + 64u]);
+    fix_turn14 t = {(int16_t)(c + fix_round(fix_mulh(-2 * s, d_q32), 1)),
+                    (int16_t)(s + fix_round(fix_mulh(2 * c, d_q32), 1))};
     return t;
 }
 

@@ -2,6 +2,7 @@
  * Source: own. After wg_open the evaluator reads without looking: each check names the read it
  * makes safe.
  * SPDX-License-Identifier: MIT */
+#include "fix.h"
 #include "open.h"
 
 /* CRC-32 (ISO-HDLC) bit by bit: no table, because it runs once. Rounds: 8 a byte. */
@@ -10,7 +11,7 @@ static uint32_t crc32(const uint8_t *at, uint32_t bytes)
     uint32_t crc = UINT32_C(0xffffffff);
     for (uint32_t i = 0; i < bytes; i++) {
         crc ^= wg_rd8(at + i);
-        for (uint8_t bit = 0; bit < 8; bit++) {
+        for (unsigned bit = 0; bit < 8; bit++) {
             crc = (crc >> 1) ^ (UINT32_C(0xedb88320) & (0u - (crc & 1u)));
         }
     }
@@ -38,43 +39,47 @@ static int check_header(const uint8_t *clip, uint32_t size)
     return 0;
 }
 
-/* Most records of each section, and their size; 0 = no fixed size. Indexed by kind. */
-static WG_TABLE const uint16_t MOST[WG_SECTION_KNOWN + 1] = {0,
-                                                             WG_CHANNELS_MAX,
-                                                             WG_CLIPS_MAX,
-                                                             0xffff,
-                                                             0xffff,
-                                                             0xffff,
-                                                             0xffff,
-                                                             WG_MASKS_MAX,
-                                                             WG_LAYERS_MAX,
-                                                             WG_FILTERS_MAX,
-                                                             WG_TRIGGERS_MAX,
-                                                             WG_SERVOS_MAX,
-                                                             0xffff,
-                                                             WG_SHAPES_MAX,
-                                                             WG_SHAPES_MAX *WG_BASES_MAX,
-                                                             0xffff,
-                                                             WG_PARTS_MAX,
-                                                             WG_VIEWS_MAX};
-static WG_TABLE const uint8_t STRIDE[WG_SECTION_KNOWN + 1] = {0,
-                                                              WG_CHANNEL_BYTES,
-                                                              WG_CLIP_BYTES,
-                                                              WG_TRACK_BYTES,
-                                                              WG_RUN_BYTES,
-                                                              0,
-                                                              WG_EVENT_BYTES,
-                                                              0,
-                                                              WG_LAYER_BYTES,
-                                                              WG_FILTER_BYTES,
-                                                              WG_TRIGGER_BYTES,
-                                                              WG_SERVO_BYTES,
-                                                              0,
-                                                              WG_SHAPE_BYTES,
-                                                              WG_BASIS_BYTES,
-                                                              WG_BLOCK_BYTES,
-                                                              WG_PART_BYTES,
-                                                              WG_VIEW_BYTES};
+/* What a section of each kind may hold: up to 2^bits records, or one less with LESS; a record's size,
+ * 0 = no fixed one. */
+typedef struct {
+    uint8_t bits, stride;
+} section_limit;
+
+#define LESS 0x80u
+#define ANY  (16u | LESS)
+
+static WG_TABLE const section_limit LIMIT[WG_SECTION_KNOWN + 1] = {{0, 0},
+                                                                   {8, WG_CHANNEL_BYTES},
+                                                                   {8 | LESS, WG_CLIP_BYTES},
+                                                                   {ANY, WG_TRACK_BYTES},
+                                                                   {ANY, WG_RUN_BYTES},
+                                                                   {ANY, 0}, /* DATA */
+                                                                   {ANY, WG_EVENT_BYTES},
+                                                                   {8 | LESS, 0}, /* MASKS */
+                                                                   {3, WG_LAYER_BYTES},
+                                                                   {8, WG_FILTER_BYTES},
+                                                                   {5, WG_TRIGGER_BYTES},
+                                                                   {6, WG_SERVO_BYTES},
+                                                                   {ANY, 0}, /* NAMES */
+                                                                   {4, WG_SHAPE_BYTES},
+                                                                   {11, WG_BASIS_BYTES},
+                                                                   {ANY, WG_BLOCK_BYTES},
+                                                                   {6, WG_PART_BYTES},
+                                                                   {4, WG_VIEW_BYTES},
+                                                                   {12, WG_BONE_BYTES},
+                                                                   {ANY, WG_JOINT_BYTES},
+                                                                   {4, WG_SKIN_BYTES},
+                                                                   {ANY, WG_SPAN_BYTES},
+                                                                   {8, WG_FIELD_BYTES},
+                                                                   {6, WG_PAINT_BYTES}};
+
+WG_STATIC_ASSERT(WG_CHANNELS_MAX == 1u << 8 && WG_CLIPS_MAX == (1u << 8) - 1u);
+WG_STATIC_ASSERT(WG_MASKS_MAX == (1u << 8) - 1u && WG_LAYERS_MAX == 1u << 3);
+WG_STATIC_ASSERT(WG_FILTERS_MAX == 1u << 8 && WG_TRIGGERS_MAX == 1u << 5);
+WG_STATIC_ASSERT(WG_SERVOS_MAX == 1u << 6 && WG_SHAPES_MAX == 1u << 4);
+WG_STATIC_ASSERT(WG_SHAPES_MAX *WG_BASES_MAX == 1u << 11 && WG_PARTS_MAX == 1u << 6);
+WG_STATIC_ASSERT(WG_VIEWS_MAX == 1u << 4 && WG_BONES_ALL == 1u << 12);
+WG_STATIC_ASSERT(WG_SKINS_MAX == 1u << 4 && WG_FIELDS_MAX == 1u << 8);
 
 /* Kinds ascend strictly, sections lie inside the file on multiples of 4, records fill them. */
 static int read_directory(wg_file *file, const uint8_t *clip)
@@ -86,8 +91,8 @@ static int read_directory(wg_file *file, const uint8_t *clip)
     if (sections > WG_SECTIONS_MAX || first > length) {
         return WG_ERR_DIRECTORY;
     }
-    for (uint16_t i = 0; i < sections; i++) {
-        const uint8_t *entry = clip + WG_HEADER_BYTES + i * WG_DIRECTORY_BYTES;
+    const uint8_t *entry = clip + WG_HEADER_BYTES;
+    for (; sections > 0; sections--, entry += WG_DIRECTORY_BYTES) {
         uint16_t kind = wg_rd16(entry), count = wg_rd16(entry + 2);
         uint32_t offset = wg_rd32(entry + 4), bytes = wg_rd32(entry + 8);
         if (kind <= previous || offset % 4u != 0 || offset < first || offset > length ||
@@ -98,8 +103,9 @@ static int read_directory(wg_file *file, const uint8_t *clip)
         if (kind > WG_SECTION_KNOWN) {
             continue; /* a newer minor version's: skipped */
         }
-        uint8_t stride = wg_rd8(&STRIDE[kind]);
-        if (count > wg_rd16(&MOST[kind]) || (stride != 0 && bytes != (uint32_t)count * stride)) {
+        uint8_t stride = wg_rd8(&LIMIT[kind].stride), bits = wg_rd8(&LIMIT[kind].bits);
+        if ((uint32_t)count + (bits >> 7) > UINT32_C(1) << (bits & 31u) ||
+            (stride != 0 && bytes != (uint32_t)count * stride)) {
             return WG_ERR_DIRECTORY;
         }
         wg_section section = {clip + offset, bytes, count};

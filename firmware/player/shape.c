@@ -5,6 +5,7 @@
 #include "clip.h"
 #include "fix.h"
 #include "kernel.h"
+#include "shape.h"
 
 #define AFFINE_BITS 22 /* of an entry before it is fitted into 16 bits */
 #define WEIGHT_MAX  INT32_C(32767)
@@ -44,12 +45,6 @@ typedef struct {
     int32_t move[3];
 } affine;
 
-static int channel_frac(const wg_file *file, uint16_t channel)
-{
-    return (int8_t)wg_rd8(wg_record(file, WG_SECTION_CHANNELS, channel, WG_CHANNEL_BYTES) +
-                          WG_CHANNEL_FRAC);
-}
-
 static void read_affine(const wg_pose *pose, const int32_t *values, affine *out)
 {
     uint16_t channel = wg_rd16(pose->record + WG_SHAPE_AFFINE);
@@ -58,7 +53,7 @@ static void read_affine(const wg_pose *pose, const int32_t *values, affine *out)
         int32_t v = is_entry && i % 4u == 0 ? INT32_C(1) << AFFINE_BITS : 0;
         if (channel != WG_ABSENT) {
             int bits = is_entry ? AFFINE_BITS : pose->frac + (int)WG_POSE_BITS;
-            v = fix_scale(values[channel], bits - channel_frac(pose->file, channel));
+            v = fix_scale(values[channel], bits - wg_channel_frac(pose->file, channel));
             channel++;
         }
         if (is_entry) {
@@ -70,9 +65,8 @@ static void read_affine(const wg_pose *pose, const int32_t *values, affine *out)
     }
 }
 
-/* Row `row` of turn times a column whose elements lie `stride` apart: three products rounded down
- * to multiples of 4, so at most 12 too small, 3 2^-20 of an entry or 3/64 of a raw unit. */
-static int32_t turned(const int32_t *row, const int32_t *column, unsigned stride)
+/* Of an entry that is 3 2^-20 too small, of a place 3/64 of a raw unit. */
+int32_t wg_turned(const int32_t *row, const int32_t *column, unsigned stride)
 {
     int32_t sum = fix_add(fix_mulh(row[0], column[0]), fix_mulh(row[1], column[stride]));
     return fix_shl(fix_add(sum, fix_mulh(row[2], column[2u * stride])), 2);
@@ -90,9 +84,9 @@ static void look(const wg_pose *pose, const wg_rigid *camera, affine *a)
     for (unsigned r = 0; r < 3; r++) {
         const int32_t *row = camera->turn_q30 + 3u * r;
         for (unsigned c = 0; c < 3; c++) {
-            a->entry[3u * r + c] = turned(row, in.entry + c, 3);
+            a->entry[3u * r + c] = wg_turned(row, in.entry + c, 3);
         }
-        a->move[r] = turned(row, in.move, 1);
+        a->move[r] = wg_turned(row, in.move, 1);
     }
 }
 
@@ -267,15 +261,26 @@ static void finish(const wg_pose *pose, const range *at)
     }
 }
 
+static void add_sums(const wg_pose *pose, const range *at)
+{
+    const uint8_t *block = wg_record(pose->file, WG_SECTION_BLOCKS,
+                                     wg_rd16(pose->record + WG_SHAPE_BLOCK_FIRST), WG_BLOCK_BYTES);
+    start(pose, at);
+    for (uint16_t left = wg_rd16(pose->record + WG_SHAPE_BLOCK_COUNT); left > 0; left--) {
+        add_block(pose, block, at);
+        block += WG_BLOCK_BYTES;
+    }
+}
+
+void wg_pose_sums(const wg_pose *pose, uint16_t first, uint16_t count, int32_t *sums)
+{
+    const range at = {first, (uint32_t)first + count, sums};
+    add_sums(pose, &at);
+}
+
 void wg_pose_vertices(const wg_pose *pose, uint16_t first, uint16_t count, int32_t *xyz)
 {
     const range at = {first, (uint32_t)first + count, xyz};
-    const uint8_t *block = wg_record(pose->file, WG_SECTION_BLOCKS,
-                                     wg_rd16(pose->record + WG_SHAPE_BLOCK_FIRST), WG_BLOCK_BYTES);
-    start(pose, &at);
-    for (uint16_t left = wg_rd16(pose->record + WG_SHAPE_BLOCK_COUNT); left > 0; left--) {
-        add_block(pose, block, &at);
-        block += WG_BLOCK_BYTES;
-    }
+    add_sums(pose, &at);
     finish(pose, &at);
 }

@@ -7,6 +7,7 @@
 
 #include "exercise_base.h"
 #include "exercise_picture.h"
+#include "exercise_skin.h"
 #include "dynamixel2.h"
 #include "maestro.h"
 #include "pca9685.h"
@@ -283,6 +284,11 @@ static int exercise(const uint8_t *data, size_t size)
         must(shapes <= 0 && (shapes == 0 || (shapes <= WG_ERR_SHAPE && shapes >= WG_ERR_VIEW)));
         if (shapes == 0) {
             exercise_shapes(&file, &state);
+            int skins = wg_open_skins(&file);
+            must(skins <= 0 && (skins == 0 || (skins <= WG_ERR_BONE && skins >= WG_ERR_PAINT)));
+            if (skins == 0) {
+                exercise_skins(&file, &state);
+            }
             exercise_pictures(&file, &state);
         }
     }

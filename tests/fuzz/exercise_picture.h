@@ -6,6 +6,7 @@
 #define EXERCISE_PICTURE_H
 
 #include "exercise_base.h"
+#include "picture_skin.h"
 #include "pixels.h"
 
 #define EXERCISE_CORNERS  60000u /* clips with more of them would take seconds: not drawn */
@@ -19,6 +20,7 @@ static const wg_size EXERCISE_SIZES[] = {{24, 16}, {8, 400}, {400, 8}, {56, 40},
 typedef struct {
     wg_picture picture;
     wg_picture_memory memory;
+    wg_picture_skins skins;
     int16_t weights[WG_BASES_MAX];
     uint32_t *pixels, *before; /* this frame's and the last one's */
     uint32_t area;
@@ -47,6 +49,18 @@ static uint32_t exercise_vertex_count(const wg_file *file)
     return file->section[WG_SECTION_VIEWS].count > 0 && vertices + corners < EXERCISE_CORNERS
                ? vertices
                : 0;
+}
+
+/* Of the skin that has most: CLIP_BONES. */
+static uint32_t exercise_bone_count(const wg_file *file)
+{
+    const uint8_t *r = file->section[WG_SECTION_SKINS].at;
+    uint32_t most = 0;
+    for (uint32_t i = 0; i < file->section[WG_SECTION_SKINS].count; i++, r += WG_SKIN_BYTES) {
+        uint32_t count = build_get(r + WG_SKIN_BONE_COUNT, 2);
+        most = count > most ? count : most;
+    }
+    return most;
 }
 
 /* ---- bands and packers ----------------------------------------------------------------------- */
@@ -129,7 +143,7 @@ static void exercise_frame(exercise_screen *s, const int32_t *values, uint32_t *
     uint32_t *swap = s->before;
     s->before = s->pixels;
     s->pixels = swap;
-    wg_picture_set(&s->picture, values);
+    wg_picture_set_skinned(&s->picture, values);
     wg_picture_band(&s->picture, all, s->pixels);
     exercise_pixels(s);
     exercise_dirty(s, state);
@@ -169,8 +183,12 @@ static void exercise_screen_open(exercise_screen *s, const wg_file *file, uint32
     s->memory.normals =
         exercise_next(state) % 2u ? malloc(3u * vertices * sizeof *s->memory.normals) : NULL;
     s->memory.weights = s->weights;
+    s->skins.bones = malloc(exercise_bone_count(file) * sizeof *s->skins.bones);
     memset(&s->picture, 0xa5, sizeof s->picture); /* init must not need cleared memory */
     wg_picture_init(&s->picture, file, size, &s->memory);
+    if (wg_open_skins(file) == 0) { /* otherwise they are not looked at */
+        wg_picture_paint(&s->picture, exercise_next(state) % 4u ? &s->skins : NULL);
+    }
     wg_picture_look(&s->picture,
                     (uint8_t)(exercise_next(state) % file->section[WG_SECTION_VIEWS].count));
     s->picture.shading = (uint8_t)(exercise_next(state) % 3u);
@@ -180,6 +198,7 @@ static void exercise_screen_open(exercise_screen *s, const wg_file *file, uint32
 
 static void exercise_screen_close(exercise_screen *s)
 {
+    free(s->skins.bones);
     free(s->memory.normals);
     free(s->memory.shades);
     free(s->memory.vertices);

@@ -16,14 +16,14 @@ class Section(ctypes.Structure):
 
 
 class File(ctypes.Structure):
-    _fields_ = [("section", Section * 18)]
+    _fields_ = [("section", Section * 24)]
 
 
 class CLayer(ctypes.Structure):
-    _fields_ = [("head", ctypes.c_uint64), ("from_", ctypes.c_uint64),
+    _fields_ = [("head", ctypes.c_uint64), ("from_", ctypes.c_uint64), ("wraps", U32),
                 ("speed", I32), ("fade_us", U32), ("faded_us", U32), ("fade_from", U16),
                 ("fade_to", U16), ("event", U16), ("clip", U8), ("end", U8), ("mode", U8),
-                ("mask", U8), ("playing", U8), ("backwards", U8), ("wraps", U8)]
+                ("mask", U8), ("playing", U8), ("backwards", U8)]
 
 
 class CPlayer(ctypes.Structure):
@@ -43,6 +43,16 @@ class Pose(ctypes.Structure):
 
 class Rigid(ctypes.Structure):
     _fields_ = [("turn_q30", I32 * 9), ("centre", I32 * 3), ("centre_frac", ctypes.c_int8)]
+
+
+class Bone(ctypes.Structure):
+    _fields_ = [("word", I32 * 16)]
+
+
+class Skin(ctypes.Structure):
+    _fields_ = [("file", ctypes.POINTER(File)), ("record", ctypes.c_void_p),
+                ("bones", ctypes.POINTER(Bone)), ("camera", Rigid), ("move", I32 * 3),
+                ("looks", ctypes.c_bool)]
 
 
 def build_library():
@@ -71,6 +81,14 @@ def build_library():
                          ("set_normals", ctypes.c_void_p, U16, ctypes.POINTER(Pose)),
                          ("vertices", U16, U16, ctypes.c_void_p)):
         getattr(lib, "wg_pose_" + name).argtypes = [ctypes.POINTER(Pose)] + types
+    lib.wg_open_skins.argtypes = [ctypes.POINTER(File)]
+    lib.wg_fields_set.argtypes = [ctypes.POINTER(File), ctypes.c_void_p]
+    for name, *types in (("init", ctypes.POINTER(File), U8, ctypes.POINTER(Bone)),
+                         ("set", ctypes.c_void_p, ctypes.POINTER(Rigid)),
+                         ("vertices", ctypes.POINTER(Pose), U16, U16, ctypes.c_void_p),
+                         ("brightness", ctypes.c_void_p, U16, U16, ctypes.c_void_p)):
+        getattr(lib, "wg_skin_" + name).argtypes = [ctypes.POINTER(Skin)] + types
+    lib.wg_skin_init.restype = ctypes.c_bool
     for name, *types in (("play", U8, U8), ("pause", U8, ctypes.c_bool), ("seek", U8, U32),
                          ("speed", U8, I32), ("end", U8, U8), ("fade", U8, U16, U32),
                          ("crossfade", U8, U8, U32), ("update", U32), ("time", U8), ("ended", U8),
@@ -106,13 +124,16 @@ MEMORY = Guarded()
 
 
 class CFile:
-    """One clip opened by the C player; `error` and `shapes_error` are 0 or WG_ERR_*."""
+    """One clip opened by the C player; the errors are 0 or WG_ERR_*, each that of its call."""
 
     def __init__(self, blob, misalign=0):
         self.file = File()
         self.error = LIB.wg_open(self.file, MEMORY.put(blob) - misalign, len(blob))
         self.channels = self.file.section[1].count
         self.shapes_error = LIB.wg_open_shapes(self.file) if self.error == 0 else 0
+        self.skins_error = 0
+        if self.error == 0 and self.shapes_error == 0:
+            self.skins_error = LIB.wg_open_skins(self.file)
 
     def sample(self, clip, time_us):
         values, velocities = (I32 * self.channels)(), (I32 * self.channels)()
@@ -137,3 +158,35 @@ class CPose:
         xyz = (I32 * (3 * count))()
         LIB.wg_pose_vertices(self.pose, first, count, xyz)
         return list(xyz)
+
+
+class CSkin:
+    """The skin of a shape of a CFile at the moment of some channel values."""
+
+    def __init__(self, c, shape, values, bases=128):
+        self.skin, self.values = Skin(), (I32 * len(values))(*values)
+        self.bones = (Bone * max(1, c.file.section[18].count))()
+        ctypes.memset(self.bones, 0xA5, ctypes.sizeof(self.bones))
+        self.found = LIB.wg_skin_init(self.skin, c.file, shape, self.bones)
+        if self.found:
+            self.pose = CPose(c, shape, values, bases)
+            LIB.wg_skin_set(self.skin, self.values, None)
+
+    def vertices(self, first=0, count=None):
+        count = self.pose.pose.vertices if count is None else count
+        xyz = (I32 * (3 * count))()
+        LIB.wg_skin_vertices(self.skin, self.pose.pose, first, count, xyz)
+        return list(xyz)
+
+    def brightness(self, first=0, count=None):
+        count = self.pose.pose.vertices if count is None else count
+        out = (U8 * count)()
+        LIB.wg_skin_brightness(self.skin, self.values, first, count, out)
+        return list(out)
+
+
+def set_fields(c, values):
+    """The values with those of fields."""
+    values = (I32 * len(values))(*values)
+    LIB.wg_fields_set(c.file, values)
+    return list(values)

@@ -14,6 +14,7 @@ import struct
 import sys
 
 import shape_bits
+import skin_bits
 import wgl
 import wgl_write
 from c_player import CFile, CLayer, CPlayer, Event, I32, LIB, ROOT, U8, U32
@@ -385,7 +386,8 @@ TESTS = (exponential_and_sine_have_the_same_bits, tracks_have_the_same_values_an
          everything_that_must_be_rejected_is,
          every_truncation_and_every_flipped_bit_is_rejected,
          damaged_files_with_a_good_crc_are_judged_alike, golden_files_keep_their_values,
-         spec_7_shows_the_worked_clip, *shape_bits.tests(SEED, check_eq))
+         spec_7_shows_the_worked_clip, *shape_bits.tests(SEED, check_eq),
+         *skin_bits.tests(SEED, check_eq))
 
 
 def main():

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """An independent decoder of the wiggly clip format: every line follows SPEC.md, none the C player.
-Shapes, parts and views (4.13 to 4.17, 6.8) are wgl_shape's.
+Shapes, parts and views (4.13 to 4.17, 6.8) are wgl_shape's; bones, skins and fields wgl_skin's.
 
 Plain Python integers; `s32` and `& M32` show where SPEC 6.1 wraps. Speed does not matter here.
 
@@ -13,16 +13,16 @@ import sys
 import zlib
 
 M32 = (1 << 32) - 1
-LIMIT = 1 << 28  # of rest, base and filter constants
-NONE = 255
+LIMIT, NONE = 1 << 28, 255  # LIMIT: of rest, base and filter constants
 HELD, LINEAR, CUBIC, OSC, OSC0, CRIT, EXP, EXP0 = range(8)
 HOLD, LOOP, PINGPONG = range(3)
 OFFSET, GAIN, CLAMP, MIN, MATRIX = range(5)
 SECTIONS = ("channels clips tracks runs data events masks layers filters triggers servos "
-            "names shapes bases blocks parts views").split()
+            "names shapes bases blocks parts views bones joints skins spans fields paints").split()
 # 3.2: bytes of a record (0: no fixed size) and most records, by section
-RECORD = (8, 24, 6, 20, 0, 4, 0, 8, 12, 8, 20, 0, 32, 8, 16, 16, 28)
-MOST = (256, 255, 65535, 65535, 65535, 65535, 255, 8, 256, 32, 64, 65535, 16, 2048, 65535, 64, 16)
+RECORD = 8, 24, 6, 20, 0, 4, 0, 8, 12, 8, 20, 0, 32, 8, 16, 16, 28, 48, 20, 16, 12, 8, 28
+MOST = (256, 255, *[65535] * 4, 255, 8, 256, 32, 64, 65535, 16, 2048, 65535, 64, 16, 4096, 65535, 16,
+        65535, 256, 64)
 # 6.3: the two pairs of each wave kind
 PAIRS = {OSC: ("exp", "trig"), OSC0: ("unit", "trig"), CRIT: ("exp", "unit"),
          EXP: ("exp", "exp"), EXP0: ("exp", "unit")}

@@ -3,14 +3,15 @@
 """Writes clip files from plain Python structures, without the baker, and makes random ones.
 
     wgl_write.py DIRECTORY      writes v1_worked.wgl, v1_all.wgl and v1_all.csv there
-    wgl_write_shape.py DIRECTORY writes v1_shapes.wgl and v1_shapes.csv
+    wgl_write_shape.py DIRECTORY writes v1_shapes.wgl and v1_shapes.csv, wgl_write_skin.py v1_skins
 
 A file is a dict: channels [(frac, unit, rest)], clips [dict(rate, ticks, end, tracks, events,
 time)], where time replaces the fields made of rate and ticks, masks [bytes], layers [(clip, mode,
 mask, weight)], filters [(op, n, channel, a, b)], where a of a MATRIX is (channels, rows), triggers
 [(event, layer, clip, fade_ms)], servos [tuples in the order of 4.11], names [bytes], extra
-{kind: bytes}, and the shapes of wgl_write_shape.py. A track is (channel, [run]); a run is
-dict(kind, ends, c, shift, aux, base, params); it starts where the one before it ends.
+{kind: bytes}, the shapes of wgl_write_shape.py and the skins of wgl_write_skin.py. A track is
+(channel, [run]); a run is dict(kind, ends, c, shift, aux, base, params); it starts where the one
+before it ends.
 """
 import os
 import struct
@@ -19,6 +20,7 @@ import zlib
 
 import wgl
 import wgl_write_shape
+import wgl_write_skin
 
 
 def time_fields(rate, ticks):
@@ -93,19 +95,20 @@ def build(file):
     shapes = {kind: [] for kind in range(13, 18)}
     if "shapes" in file:
         shapes = wgl_write_shape.put_shapes(file, data)
+    skins = wgl_write_skin.put_skins(file, data) if "skins" in file else {}
     sections = {1: [struct.pack("<bBHi", f, unit, 0, rest) for f, unit, rest in file["channels"]],
                 2: clips, 3: tracks, 4: runs, 6: events, 7: list(file.get("masks", ())),
                 8: [struct.pack("<BBBxHxx", *layer) for layer in file.get("layers", ())],
                 9: filters,
                 10: [struct.pack("<HBBHxx", *trigger) for trigger in file.get("triggers", ())],
                 11: [struct.pack("<BBHihBxhhHH", *servo) for servo in file.get("servos", ())],
-                12: names, **shapes}
+                12: names, **shapes, **skins}
     blocks = {kind: (len(records), b"".join(records)) for kind, records in sections.items()}
     blocks[5] = (0, bytes(data.bytes))
     for kind, block in file.get("extra", {}).items():
         blocks[kind] = (0, block)
     return assemble([(kind, *blocks[kind]) for kind in sorted(blocks) if blocks[kind][1]],
-                    1 if "shapes" in file else 0)
+                    2 if "skins" in file else 1 if "shapes" in file else 0)
 
 
 def assemble(sections, minor=0):
@@ -225,7 +228,7 @@ def random_file(rng, channels=None):
     if rng.random() < 0.3:
         file["names"] = [b"n%d" % i for i in range(rng.randint(1, 20))]
     if rng.random() < 0.3:
-        file["extra"] = {rng.choice((18, 999, 65535)): bytes(rng.randrange(1, 9))}
+        file["extra"] = {rng.choice((24, 999, 65535)): bytes(rng.randrange(1, 9))}
     return file
 
 

@@ -119,7 +119,8 @@ static void roi_leave(roi *r, uint64_t cycle)
 }
 
 /* Before each instruction: has the function been entered, or has it returned? The entry SP is that
- * with the return address pushed; it is exceeded again by the return, and by nothing before. */
+ * with the return address pushed, which the return takes away. More than that is a function within
+ * that gives its frame back: SP's upper byte is written first. */
 static void roi_step(roi *r, const avr_t *avr)
 {
     uint16_t sp = stack_pointer(avr);
@@ -127,7 +128,7 @@ static void roi_step(roi *r, const avr_t *avr)
         r->entry_sp = sp;
         r->start = avr->cycle;
         r->interrupted = 0;
-    } else if (r->entry_sp && sp > r->entry_sp) {
+    } else if (r->entry_sp && sp == r->entry_sp + avr->address_size) {
         roi_leave(r, avr->cycle);
     }
 }

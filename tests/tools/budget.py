@@ -157,15 +157,64 @@ def shapes(rows):
     rows.append(("lm3s6965evb", "text of shapes: opening and posing, -Os", text, "bytes", 2560))
 
 
-def picture(rows):
-    """Linked text of player, mixing, shapes, raster and grey pixels on a Cortex-M3; RAM of 1,000 vertices."""
+SKINS = [  # method, influences, ends of tests/tools/skin_clip.c; goals for SMLAD and plain C
+    ("LINEAR, 1 influence", (0, 1, 0), None),
+    ("LINEAR, 2 influences", (0, 2, 0), None),
+    ("LINEAR, 4 influences", (0, 4, 0), (120, 260)),
+    ("LINEAR, 8 influences", (0, 8, 0), None),
+    ("LINEAR, 4 with ends, not twisted", (0, 4, 1), None),
+    ("LINEAR, 4 with ends, twisted", (0, 4, 2), None),
+    ("DUAL, 4 influences", (1, 4, 0), None),
+    ("DUAL, 4 with ends, twisted", (1, 4, 2), None),
+]
+
+
+def skin_count(board, name, function, opt):
+    return count(board, name, function, opt, "tests/fw_skin.c")[1]
+
+
+def skins(rows):
+    """Instructions a skinned vertex, in ranges of 64; a bone of 16; AVR cycles; text of all that skins take."""
+    tool = "build/budget/skin_clip"
+    run(["gcc", "-std=c99", "-O1", "-Iinclude", "-Itests", "tests/tools/skin_clip.c", "-o", tool])
+    most = {}
+    for what, options, goals in SKINS:
+        name = "skin%d%d%d" % options
+        run([tool] + [str(o) for o in options] + ["build/budget/%s.tmp" % name])
+        run(["/usr/bin/python3", "tests/tools/clip_source.py", "build/budget/%s.tmp" % name, "build/budget/" + name])
+        for i, (board, kernel) in enumerate((("mps2-an386", "SMLAD"), ("lm3s6965evb", "plain C"))):
+            most[board, name] = skin_count(board, name, "wg_skin_vertices", "-O2")
+            rows.append((board, "a skinned vertex, %s, %s, -O2" % (what, kernel), -(-most[board, name] // 64), "instructions",
+                         goals[i] if goals else ""))
+    for board in ("mps2-an386", "lm3s6965evb"):
+        ratio = -(-100 * most[board, "skin042"] // most[board, "skin040"])
+        rows.append((board, "twisted ends over none, LINEAR, 4 influences", ratio, "percent", 250))
+        for what, name in (("turned", "skin040"), ("turned, stretched and twisted", "skin042")):
+            bone = skin_count(board, name, "wg_skin_set", "-O2")
+            rows.append((board, "a bone, %s, -O2" % what, -(-bone // 16), "instructions", ""))
+    cycles = skin_count("atmega2560", "skin040", "wg_skin_vertices", "-Os")
+    rows.append(("atmega2560", "a skinned vertex, LINEAR, 4 influences", -(-cycles // 64), "cycles", ""))
+    for what, sources in (("opening", ["skin_open"]), ("fields", ["field"]),
+                          ("bones and vertices", ["skin", "skin_bones", "skin_quat", "skin_dual", "skin_light", "fix_sine",
+                                                  "kernel/plain/wg_skin"])):
+        text = 0
+        for source in sources:
+            out = os.path.join(WORK, "skin.o")
+            run(["arm-none-eabi-gcc", "-std=c99", "-Os", "-ffreestanding", "-mcpu=cortex-m3", "-mthumb", "-Iinclude",
+                 "-Ifirmware/player/mem/near", "-c", "firmware/player/%s.c" % source, "-o", out])
+            text += int(run(["arm-none-eabi-size", out]).splitlines()[1].split()[0])
+        rows.append(("lm3s6965evb", "text of skins: %s, -Os" % what, text, "bytes", ""))
+
+
+def picture_sizes(skins):
+    """Linked text of fw_size_picture on a Cortex-M3, and the sizes of its symbols."""
     image = os.path.join(WORK, "picture.elf")
     sources = ["tests/fw_size_picture.c", "hal/bare/mem.c"]
     for folder in ("firmware/player", "firmware/player/kernel/plain", "firmware/device/raster"):
         sources += [folder + "/" + f for f in sorted(os.listdir(os.path.join(ROOT, folder))) if f.endswith(".c")]
     run(["arm-none-eabi-gcc", "-std=c99", "-Os", "-ffreestanding", "-ffunction-sections", "-fdata-sections",
          "-mcpu=cortex-m3", "-mthumb", "-mfloat-abi=soft", "-Iinclude", "-Ifirmware/player", "-Ifirmware/player/mem/near",
-         "-Ifirmware/device/raster", "-Ihal/bare"] + sources +
+         "-Ifirmware/device/raster", "-Ihal/bare", "-DSIZE_SKINS=%d" % skins] + sources +
         ["-fno-tree-loop-distribute-patterns", "-nostdlib", "-Wl,--gc-sections,--defsym=clip_words=0x8000,"
          "--defsym=clock_us=0x20000000,--defsym=bus=0x20000004", "-lgcc", "-o", image])
     sizes = {}
@@ -173,9 +222,17 @@ def picture(rows):
         part = line.split()
         if len(part) == 4:
             sizes[part[3]] = int(part[1], 16)
-    text = int(run(["arm-none-eabi-size", image]).splitlines()[1].split()[0]) - sizes["_start"]
+    return int(run(["arm-none-eabi-size", image]).splitlines()[1].split()[0]) - sizes["_start"], sizes
+
+
+def picture(rows):
+    """Player, mixing, shapes, raster and grey pixels; RAM of 1,000 vertices. Then with skins and paints."""
+    text, sizes = picture_sizes(0)
     rows.append(("lm3s6965evb", "text of player, mixing, shapes, raster and grey pixels, linked, -Os", text, "bytes", 16384))
     rows.append(("lm3s6965evb", "RAM for 1,000 vertices, 32 bases, 48 channels, beside the band", sizes["size_ram"], "bytes", 8192))
+    text, sizes = picture_sizes(1)
+    rows.append(("lm3s6965evb", "text of all that with skins, fields and paints, linked, -Os", text, "bytes", ""))
+    rows.append(("lm3s6965evb", "RAM of skins with 20 bones", sizes["size_skins"], "bytes", ""))
 
 
 def main():
@@ -186,6 +243,7 @@ def main():
         stack(board, rows)
     speed(rows)
     shapes(rows)
+    skins(rows)
     picture(rows)
     if "--write" in sys.argv:
         with open(BUDGET, "w", newline="") as f:

@@ -21,6 +21,9 @@ libtet1.5-dev           -                        baker: tetrahedra
 libsuitesparse-dev      -                        baker: sparse Cholesky factors
 libarpack2-dev          -                        baker: lowest modes
 libpng-dev              -                        baker: pictures
+libimagequant-dev       -                        baker: palettes of pictures on shapes
+librsvg2-dev            -                        baker: SVG drawings
+pkg-config              pkg-config               the Makefile: where librsvg is
 libsdl2-dev             -                        wiggly view
 gnuplot-nox             gnuplot                  baker and demonstration: plots
 assimp-testmodels       -                        examples/puppet, faerie, morph: their sources
@@ -33,6 +36,7 @@ xdotool                 xdotool                  keys and mouse for them
 python3-scipy           -                        oracles
 libcgal-demo            -                        examples/cactus, walk: their sources
 libmeshoptimizer-dev    -                        benchmark: its vertex codec
+coinor-libipopt-dev     -                        tests, benchmark: another solver to compare weights with
 openarena-data          -                        benchmark: an animated character
 python3-yaml            -                        demonstration: servo maps as the scenes have them
 gcc-arm-none-eabi       arm-none-eabi-gcc        boards mps2-an386, microbit

@@ -14,8 +14,8 @@
 #define PLANES  5u
 #define CORNERS (3u + PLANES) /* each plane adds one at the most */
 
-/* A spot, and brightness. */
-#define PARTS 4u
+/* A spot, and brightness or texel coordinates: differences below 2^25. */
+#define PARTS 5u
 typedef struct {
     int32_t at[PARTS];
     const wg_vertex *kept; /* where the view sees it: inside all planes; NULL: not known yet */
@@ -97,6 +97,8 @@ static void draw_fan(const wg_canvas *canvas, wg_triangle *t, polygon *p)
         for (unsigned k = 0; k < 3; k++) {
             t->at[k] = c[k]->kept;
             t->shade[k] = (uint8_t)c[k]->at[3];
+            t->texel[k][0] = c[k]->at[3];
+            t->texel[k][1] = c[k]->at[4];
         }
         t->edges = (uint8_t)((i == 1 && c[0]->edge ? 1u : 0) | (c[1]->edge ? 2u : 0) |
                              (i + 2 == p->count && c[2]->edge ? 4u : 0));
@@ -113,7 +115,8 @@ void wg_draw_clipped(const wg_canvas *canvas, const wg_triangle *triangle)
     for (unsigned i = 0; i < 3; i++) {
         corner *c = &p[0].at[i];
         wg_view_spot(canvas->view, t.at[i], c->at);
-        c->at[3] = t.shade[i];
+        c->at[3] = canvas->texture ? t.texel[i][0] : t.shade[i];
+        c->at[4] = t.texel[i][1];
         c->kept = t.at[i]->z & 0x8000u ? NULL : t.at[i];
         c->edge = true;
     }

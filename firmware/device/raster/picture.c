@@ -10,9 +10,7 @@
 #include "draw.h"
 #include "fix.h"
 #include "normals.h"
-
-/* Vertices posed at a time: 384 bytes of stack. */
-#define RANGE 32u
+#include "steps.h"
 
 static const uint8_t *part_of(const wg_file *file, uint16_t part)
 {
@@ -40,17 +38,24 @@ static void mesh_next(wg_picture_mesh *m)
     m->shape++;
 }
 
-/* The shape that holds the normals of `shape`, or WG_ABSENT. */
-static uint16_t normals_of(const wg_file *file, uint16_t shape)
+/* No light falls on any part of a shape. */
+#define UNLIT (WG_ABSENT - 1u)
+
+/* The shape that holds the normals of `shape`, or WG_ABSENT, or UNLIT. */
+static uint16_t normals_of(const wg_picture *picture, uint16_t shape)
 {
-    for (uint16_t i = 0; i < file->section[WG_SECTION_PARTS].count; i++) {
-        const uint8_t *part = part_of(file, i);
-        uint16_t normals = wg_rd16(part + WG_PART_NORMALS);
-        if (wg_rd16(part + WG_PART_SHAPE) == shape && normals != WG_ABSENT) {
-            return normals;
+    uint16_t found = UNLIT;
+    for (uint16_t i = 0; i < picture->file->section[WG_SECTION_PARTS].count; i++) {
+        const uint8_t *part = part_of(picture->file, i);
+        if (wg_rd16(part + WG_PART_SHAPE) == shape &&
+            !wg_paint_of(picture->file, picture->paints, i)) {
+            found = wg_rd16(part + WG_PART_NORMALS);
+            if (found != WG_ABSENT) {
+                break;
+            }
         }
     }
-    return WG_ABSENT;
+    return found;
 }
 
 void wg_picture_look(wg_picture *picture, uint8_t view)
@@ -74,6 +79,12 @@ void wg_picture_init(wg_picture *picture, const wg_file *file, wg_size size,
     wg_picture_look(picture, 0);
 }
 
+void wg_picture_paint(wg_picture *picture, wg_picture_skins *skins)
+{
+    picture->skins = skins;
+    picture->paints = (uint8_t)picture->file->section[WG_SECTION_PAINTS].count;
+}
+
 /* One vertex more. One that lies outside the view's limits may belong to a triangle that shows
  * anywhere. */
 static void cover(wg_box *box, const wg_vertex *v)
@@ -88,22 +99,14 @@ static void cover(wg_box *box, const wg_vertex *v)
 
 /* ---- the vertices of a frame, in steps -------------------------------------------------------- */
 
-enum {
-    POSITIONS, /* posed and projected */
-    NORMALS,   /* posed and lit */
-    SUMS,      /* of the triangles' normals */
-    LIGHTS,    /* of those sums */
-    DONE
-};
-
 /* Goes to the next mesh from work.mesh on, if there is one. */
 static void start_mesh(wg_picture *picture)
 {
     wg_picture_work *w = &picture->work;
-    w->stage = DONE;
+    w->stage = WG_STEP_DONE;
     w->vertex = 0;
     if (mesh_find(picture->file, &w->mesh)) {
-        w->stage = POSITIONS;
+        w->stage = WG_STEP_POSITIONS;
         wg_pose_init(&w->pose, picture->file, (uint8_t)w->mesh.shape, picture->memory.weights);
         wg_pose_set(&w->pose, w->values, picture->bases, &picture->view.camera);
     }
@@ -115,93 +118,102 @@ static void finish_mesh(wg_picture *picture)
     start_mesh(picture);
 }
 
+/* So many vertices more of the mesh have their brightness. */
+static void light_done(wg_picture *picture, uint16_t count)
+{
+    picture->work.vertex += count;
+    if (picture->work.vertex >= picture->work.mesh.count) {
+        finish_mesh(picture);
+    }
+}
+
 /* After its positions: brightness of a mesh, if it is due and there is memory for it. */
 static void start_light(wg_picture *picture)
 {
     wg_picture_work *w = &picture->work;
     const wg_normals none = {0, 0, 0, 0, false};
-    uint16_t shape = normals_of(picture->file, w->mesh.shape);
-    if (!w->renew || !picture->memory.shades || (shape == WG_ABSENT && !picture->memory.normals)) {
+    uint16_t bit = (uint16_t)(1u << w->mesh.shape), shape = normals_of(picture, w->mesh.shape);
+    if (!w->renew || !picture->memory.shades || (shape == WG_ABSENT && !picture->memory.normals) ||
+        shape == UNLIT || (picture->fields & bit)) {
         finish_mesh(picture);
         return;
     }
-    picture->lit |= (uint16_t)(1u << w->mesh.shape);
+    picture->lit |= bit;
     w->vertex = 0;
     w->normals = none;
-    w->stage = SUMS;
+    w->stage = WG_STEP_SUMS;
     if (shape != WG_ABSENT) {
         const wg_pose positions = w->pose;
         wg_pose_init(&w->pose, picture->file, (uint8_t)shape, picture->memory.weights);
         wg_pose_set_normals(&w->pose, w->values, picture->bases, &positions);
-        w->stage = NORMALS;
+        w->stage = WG_STEP_NORMALS;
     }
 }
 
-static void pose_positions(wg_picture *picture, uint16_t count)
+uint16_t wg_step_count(const wg_picture_work *work)
 {
-    const wg_picture_work *w = &picture->work;
+    uint32_t left = work->mesh.count - work->vertex;
+    return (uint16_t)(left < WG_STEP_RANGE ? left : WG_STEP_RANGE);
+}
+
+void wg_step_positions(wg_picture *picture, const int32_t *xyz, uint16_t count)
+{
+    wg_picture_work *w = &picture->work;
     wg_vertex *vertices = picture->memory.vertices + w->mesh.first + w->vertex;
-    int32_t xyz[3 * RANGE];
-    wg_pose_vertices(&w->pose, (uint16_t)w->vertex, count, xyz);
     wg_view_project(&picture->view, w->pose.frac, xyz, count, vertices);
     for (uint16_t i = 0; i < count; i++) {
         cover(&picture->covers, &vertices[i]);
     }
+    w->vertex += count;
+    if (w->vertex >= w->mesh.count) {
+        start_light(picture);
+    }
 }
 
-static void pose_normals(const wg_picture *picture, uint16_t count)
+/* Positions or normals of the mesh. */
+static void step_pose(wg_picture *picture)
 {
     const wg_picture_work *w = &picture->work;
-    int32_t xyz[3 * RANGE];
+    uint16_t count = wg_step_count(w);
+    int32_t xyz[3 * WG_STEP_RANGE];
     wg_pose_vertices(&w->pose, (uint16_t)w->vertex, count, xyz);
-    wg_view_light(&picture->view, xyz, count, picture->memory.shades + w->mesh.first + w->vertex);
+    if (w->stage == WG_STEP_POSITIONS) {
+        wg_step_positions(picture, xyz, count);
+    } else {
+        wg_view_light(&picture->view, xyz, count,
+                      picture->memory.shades + w->mesh.first + w->vertex);
+        light_done(picture, count);
+    }
 }
 
-static void light_sums(const wg_picture *picture, uint16_t count)
+static void step_lights(wg_picture *picture)
 {
+    uint16_t count = wg_step_count(&picture->work);
     uint32_t first = picture->work.mesh.first + picture->work.vertex;
     const int16_t *sum = picture->memory.normals + 3u * first;
     for (uint16_t i = 0; i < count; i++, sum += 3) {
         const int32_t normal[3] = {sum[0], sum[1], sum[2]};
         wg_view_light(&picture->view, normal, 1, picture->memory.shades + first + i);
     }
-}
-
-/* A range of vertices of the stage; whether that was the last one. */
-static bool step_vertices(wg_picture *picture)
-{
-    wg_picture_work *w = &picture->work;
-    uint32_t left = w->mesh.count - w->vertex;
-    uint16_t count = (uint16_t)(left < RANGE ? left : RANGE);
-    if (w->stage == POSITIONS) {
-        pose_positions(picture, count);
-    } else if (w->stage == NORMALS) {
-        pose_normals(picture, count);
-    } else {
-        light_sums(picture, count);
-    }
-    w->vertex += count;
-    return w->vertex >= w->mesh.count;
+    light_done(picture, count);
 }
 
 bool wg_picture_step(wg_picture *picture)
 {
     wg_picture_work *w = &picture->work;
-    if (w->stage == SUMS) {
+    if (w->stage == WG_STEP_SUMS) {
         const wg_surface surface = {picture->file, &picture->view,
                                     picture->memory.vertices + w->mesh.first, w->mesh.shape,
                                     w->mesh.count};
         if (!wg_normals_step(&surface, &w->normals, picture->memory.normals + 3u * w->mesh.first)) {
-            w->stage = LIGHTS;
+            w->stage = WG_STEP_LIGHTS;
         }
-    } else if (w->stage != DONE && step_vertices(picture)) {
-        if (w->stage == POSITIONS) {
-            start_light(picture);
-        } else {
-            finish_mesh(picture);
-        }
+    } else if (w->stage == WG_STEP_LIGHTS) {
+        step_lights(picture);
+    } else if (w->stage != WG_STEP_DONE) {
+        step_pose(picture);
     }
-    return w->stage != DONE;
+    return w->stage != WG_STEP_DONE;
 }
 
 void wg_picture_begin(wg_picture *picture, const int32_t *values)
@@ -215,6 +227,7 @@ void wg_picture_begin(wg_picture *picture, const int32_t *values)
         picture->covers.high[k] = INT16_MIN;
     }
     picture->lit = smooth && !renew ? picture->lit : 0;
+    picture->fields = 0;
     picture->fresh = (uint8_t)(picture->fresh >> 1);
     picture->frame = (uint8_t)(!smooth ? 0 : renew ? 1 : picture->frame + 1);
     wg_view_set(&picture->view, picture->file, picture->index, values, picture->size);
@@ -275,6 +288,20 @@ static bool reaches_outside(const wg_triangle *t)
     return (t->at[0]->z | t->at[1]->z | t->at[2]->z) & 0x8000u;
 }
 
+/* How a part of a shape is shaded. A shape with a field has its brightness alone. */
+static uint8_t shading_of(const wg_picture *picture, uint16_t shape, const uint8_t *paint)
+{
+    unsigned bit = 1u << shape;
+    bool smooth = picture->shading == WG_SHADING_SMOOTH && (picture->lit & bit);
+    if (picture->shading == WG_SHADING_WIRE) {
+        return WG_SHADING_WIRE;
+    }
+    if (picture->fields & bit) {
+        smooth = paint && wg_rd8(paint + WG_PAINT_KIND) == WG_PAINT_FIELD;
+    }
+    return smooth ? WG_SHADING_SMOOTH : WG_SHADING_FLAT;
+}
+
 static void draw_part(const wg_picture *picture, const wg_canvas *canvas, const uint8_t *part,
                       uint32_t first)
 {
@@ -295,8 +322,13 @@ static void draw_part(const wg_picture *picture, const wg_canvas *canvas, const 
         if (!outside && !reaches(&t, top, bottom)) {
             continue;
         }
-        for (unsigned k = 0; k < 3 && shades; k++) {
-            t.shade[k] = shades[wg_rd16(at + 2u * k)];
+        for (unsigned k = 0; k < 3; k++) {
+            uint16_t vertex = wg_rd16(at + 2u * k);
+            if (canvas->texture) {
+                wg_texture_at(canvas->texture, vertex, t.texel[k]);
+            } else if (shades) {
+                t.shade[k] = shades[vertex];
+            }
         }
         if (outside) {
             wg_draw_clipped(canvas, &t);
@@ -309,20 +341,25 @@ static void draw_part(const wg_picture *picture, const wg_canvas *canvas, const 
 void wg_picture_band(const wg_picture *picture, wg_rect rect, uint32_t *pixels)
 {
     const wg_file *file = picture->file;
-    wg_canvas canvas = {&picture->view, pixels, rect, 0, 0, 0};
+    wg_canvas canvas = {&picture->view, pixels, rect, 0, 0, 0, NULL};
+    wg_texture texture;
     wg_picture_mesh m = {0, 0, 0};
     uint32_t count = (uint32_t)(rect.x1 - rect.x0) * (uint32_t)(rect.y1 - rect.y0);
     memset(pixels, 0, (size_t)count * sizeof *pixels);
     for (; mesh_find(file, &m); mesh_next(&m)) { /* <= WG_SHAPES_MAX */
-        canvas.shading = picture->shading;
-        if (canvas.shading == WG_SHADING_SMOOTH && ((unsigned)picture->lit >> m.shape & 1u) == 0) {
-            canvas.shading = WG_SHADING_FLAT;
-        }
         for (uint16_t i = 0; i < file->section[WG_SECTION_PARTS].count; i++) {
             const uint8_t *part = part_of(file, i);
             if (wg_rd16(part + WG_PART_SHAPE) == m.shape) {
+                const uint8_t *paint = wg_paint_of(file, picture->paints, i);
                 canvas.part = (uint8_t)(i + 1);
                 canvas.sides = wg_rd8(part + WG_PART_SIDES);
+                canvas.shading = shading_of(picture, m.shape, paint);
+                canvas.texture = NULL;
+                if (paint && wg_rd8(paint + WG_PAINT_KIND) == WG_PAINT_PICTURE &&
+                    canvas.shading != WG_SHADING_WIRE) {
+                    wg_texture_set(&texture, file, paint, m.shape);
+                    canvas.texture = &texture;
+                }
                 draw_part(picture, &canvas, part, m.first);
             }
         }

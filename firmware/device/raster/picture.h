@@ -19,6 +19,8 @@
  *       }
  *   }
  *
+ * Clips with skins, or with paints on parts: see picture_skin.h too.
+ *
  * Source: own; perspective and shading as in SPEC 4.17. Integers only, no division a pixel.
  * SPDX-License-Identifier: MIT */
 #ifndef WIGGLY_PICTURE_H
@@ -57,6 +59,12 @@ typedef struct {
     uint32_t first;
 } wg_picture_mesh;
 
+/* What skins take (picture_skin.h): bones[CLIP_BONES], of the skin that has most. */
+typedef struct {
+    wg_skin skin;
+    wg_bone *bones;
+} wg_picture_skins;
+
 /* How far the vertices of a frame are. */
 typedef struct {
     const int32_t *values;
@@ -65,7 +73,8 @@ typedef struct {
     wg_normals normals;
     uint32_t vertex; /* of the mesh: the next one */
     uint8_t stage;
-    uint8_t renew; /* the frame gets new shades */
+    uint8_t renew;   /* the frame gets new shades */
+    uint8_t skinned; /* the mesh follows bones */
 } wg_picture_work;
 
 typedef struct {
@@ -75,13 +84,16 @@ typedef struct {
     wg_size size;
     wg_picture_work work;
     wg_box covers, covered; /* this frame's vertices and the last one's */
-    uint16_t bases;         /* level of detail: how many bases of each shape count */
-    uint16_t lit;           /* bit i: shape i's vertices have a brightness */
-    uint8_t index;          /* the view */
-    uint8_t shading;        /* WG_SHADING_*, from the view */
-    uint8_t normals_every;  /* shades are renewed every so many frames: 1 */
-    uint8_t frame;          /* frames since they were */
-    uint8_t fresh;          /* not 0: nothing of this view has been sent yet, all is dirty */
+    wg_picture_skins *skins;
+    uint16_t bases;        /* level of detail: how many bases of each shape count */
+    uint16_t lit;          /* bit i: shape i's vertices have a brightness, */
+    uint16_t fields;       /* or that of a field */
+    uint8_t index;         /* the view */
+    uint8_t shading;       /* WG_SHADING_*, from the view */
+    uint8_t normals_every; /* shades are renewed every so many frames: 1 */
+    uint8_t frame;         /* frames since they were */
+    uint8_t fresh;         /* not 0: nothing of this view has been sent yet, all is dirty */
+    uint8_t paints;        /* so many of the clip's are looked at */
 } wg_picture;
 
 /* Of a clip that has a view: view 0, all bases, the view's shading. Change `bases`, `shading`, `normals_every` afterwards at
@@ -89,6 +101,12 @@ typedef struct {
 void wg_picture_init(wg_picture *picture, const wg_file *file, wg_size size,
                      const wg_picture_memory *memory);
 void wg_picture_look(wg_picture *picture, uint8_t view);
+
+/* From now on parts are painted as the clip says [SPEC 4.23]. Pre: wg_open_skins. No light falls on a
+ * painted part, and a wireframe has the parts' own colours. Texels are linear in the picture between
+ * the corners of a triangle: exact in an orthographic view, and where it faces the camera.
+ *   skins  for wg_picture_step_skinned (picture_skin.h), the picture's from now on; or NULL */
+void wg_picture_paint(wg_picture *picture, wg_picture_skins *skins);
 
 /* The frame: vertices projected, shades computed. */
 void wg_picture_set(wg_picture *picture, const int32_t *values);

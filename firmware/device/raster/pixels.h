@@ -2,8 +2,9 @@
  *   pixels   what wg_picture_band wrote for `rect`
  *   out      the bytes; may be the same memory as `pixels`
  *   returns  how many bytes
- * A pixel of brightness s has (c (s + (s >> 7))) >> 8 of its part's red, green and blue c, or the
- * view's background; the grey of a colour is (77 red + 150 green + 29 blue) >> 8 and dimmed likewise.
+ * A pixel of brightness s has (c (s + (s >> 7))) >> 8 of its part's red, green and blue c, or colour s
+ * of its part's palette if it is painted (in a wireframe none is), or the view's background; the grey
+ * of a colour is (77 red + 150 green + 29 blue) >> 8 and dimmed likewise.
  * Monochrome dithers with the 8 x 8 ordered matrix [Bayer], by the pixel's place in the picture: the
  * same dots in every rectangle.
  * SPDX-License-Identifier: MIT */

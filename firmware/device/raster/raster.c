@@ -7,13 +7,15 @@
  *
  * Nearness and brightness are linear over the picture: value at pixel (0, 0) + column i + row j,
  * modulo 2^32, whatever the rectangle. They are limited to the values of the corners, because the
- * slopes of a sliver have no bound. Nearness is 1/depth in perspective, where that is what is linear
- * in the picture, and -depth in an orthographic one.
+ * slopes of a sliver have no bound. So are texel coordinates, in the place of brightness. Nearness is
+ * 1/depth in perspective, where that is what is linear in the picture, and -depth in an orthographic
+ * one.
  *
  * Source: J. Pineda, A parallel algorithm for polygon rasterization, SIGGRAPH 1988; the integer
  * arithmetic is own.
  * SPDX-License-Identifier: MIT */
 #include "draw.h"
+
 #include "fix.h"
 
 /* Edges of the triangle, from corner i to the next, and its area. */
@@ -100,7 +102,7 @@ static uint32_t along(uint32_t a, int32_t way)
     return a * (uint32_t)(way >> 4) + rest;
 }
 
-/* What has these values, Q5 below 2^21, in the corners. */
+/* What has these values, within +-2^21, in the corners: 2^10 times finer. */
 static void slope_set(wg_slope *s, const outline *o, const wg_vertex *corner, const wg_rect *box,
                       const int32_t *values)
 {
@@ -186,57 +188,78 @@ static void fill(const wg_canvas *canvas, wg_fill *f)
     uint32_t *pixel = wg_canvas_pixel(canvas, f->box.x0, f->box.y0);
     for (uint_fast16_t y = f->box.y0; y < f->box.y1; y++, pixel += width) {
         fill_row(f, pixel, count);
-        for (unsigned i = 0; i < WG_SLOPES; i++) {
+        for (unsigned i = 0; i < WG_SLOPES - 1u; i++) {
             f->slope[i].at += f->slope[i].row;
         }
     }
 }
 
-/* Nearness (0) or brightness (1) of the corners: its slope and its limits. */
-static void quantity_set(wg_fill *f, unsigned which, const outline *o, const wg_triangle *t,
+/* Nearness (0), brightness (1) or texel coordinates (1, 2) of the corners: a slope and limits. */
+static void quantity_set(wg_fill *f, unsigned which, const outline *o, const wg_vertex *corner,
                          const int32_t *values)
 {
     range r = range_of(values);
     f->low[which] = (uint16_t)(r.low >> 5);
     f->high[which] = (uint16_t)(r.high >> 5);
-    slope_set(&f->slope[WG_SLOPE_NEAR + which], o, t->at[0], &f->box, values);
+    slope_set(&f->slope[WG_SLOPE_NEAR + which], o, corner, &f->box, values);
+}
+
+/* Texels that the corners lie in, inside the picture. */
+static void limit_texels(wg_fill *f, unsigned which, const int32_t *values, uint16_t count)
+{
+    range r = range_of(values);
+    f->low[which] = (uint16_t)fix_clamp(r.low >> 10, 0, (int32_t)count - 1);
+    f->high[which] = (uint16_t)fix_clamp(r.high >> 10, 0, (int32_t)count - 1);
+}
+
+/* `back`: the corners run the other way round. */
+static void quantities_set(wg_fill *f, const outline *o, const wg_canvas *canvas,
+                           const wg_triangle *t, bool back)
+{
+    const wg_texture *texture = canvas->texture;
+    int32_t near[3], first[3], second[3];
+    bool flat = canvas->shading == WG_SHADING_FLAT && !texture;
+    uint8_t face = flat ? face_shade(canvas, t, back) : 0;
+    for (unsigned i = 0; i < 3; i++) {
+        unsigned k = back && i > 0 ? 3 - i : i;
+        near[i] = nearness(canvas->view, t->at[k]->z);
+        first[i] = texture ? t->texel[k][0] : (int32_t)(flat ? face : t->shade[k]) * 32;
+        second[i] = t->texel[k][1];
+    }
+    quantity_set(f, 0, o, t->at[0], near);
+    quantity_set(f, 1, o, t->at[0], first);
+    if (texture) {
+        quantity_set(f, 2, o, t->at[0], second);
+        limit_texels(f, 1, first, texture->width);
+        limit_texels(f, 2, second, texture->height);
+    }
 }
 
 void wg_draw_triangle(const wg_canvas *canvas, const wg_triangle *triangle)
 {
     wg_fill f;
     outline o;
-    wg_triangle t = *triangle;
-    if (!box_set(&f.box, t.at, &canvas->rect)) {
+    const wg_vertex *at[3] = {triangle->at[0], triangle->at[1], triangle->at[2]};
+    if (!box_set(&f.box, at, &canvas->rect)) {
         return;
     }
-    outline_set(&o, t.at);
+    outline_set(&o, at);
     bool back = o.area < 0;
     if (o.area == 0 || (back && canvas->sides == 0)) {
         return;
     }
-    if (canvas->shading == WG_SHADING_FLAT) {
-        t.shade[0] = t.shade[1] = t.shade[2] = face_shade(canvas, &t, back);
-    }
     if (back) {
-        t.at[1] = triangle->at[2];
-        t.at[2] = triangle->at[1];
-        uint8_t shade = t.shade[1];
-        t.shade[1] = t.shade[2];
-        t.shade[2] = shade;
-        outline_set(&o, t.at);
+        at[1] = triangle->at[2];
+        at[2] = triangle->at[1];
+        outline_set(&o, at);
     }
     o.over.m = WG_FAR;
     o.over.bits = 30;
     wg_ratio_divide(&o.over, (uint32_t)o.area);
-    int32_t near[3], shade[3];
     for (unsigned i = 0; i < 3; i++) {
-        edge_set(&f.slope[i], t.at[i], &f.box, o.x[i], o.y[i]);
-        near[i] = nearness(canvas->view, t.at[i]->z);
-        shade[i] = (int32_t)t.shade[i] * 32;
+        edge_set(&f.slope[i], at[i], &f.box, o.x[i], o.y[i]);
     }
-    quantity_set(&f, 0, &o, &t, near);
-    quantity_set(&f, 1, &o, &t, shade);
+    quantities_set(&f, &o, canvas, triangle, back);
     f.part = canvas->part;
     if (canvas->shading ==
         WG_SHADING_WIRE) { /* hides what lies behind, in the background's colour */
@@ -244,5 +267,9 @@ void wg_draw_triangle(const wg_canvas *canvas, const wg_triangle *triangle)
         f.part = 0;
         f.low[1] = f.high[1] = 0;
     }
-    fill(canvas, &f);
+    if (canvas->texture) {
+        wg_fill_texels(canvas, &f);
+    } else {
+        fill(canvas, &f);
+    }
 }

@@ -21,4 +21,10 @@ static inline int32_t wg_weigh(int32_t a, uint16_t w)
     return (int32_t)wg_mulsm(a, (int32_t)w << 1);
 }
 
+/* floor(a w / 2^10) for w in 0 .. 256. */
+static inline int32_t wg_share(int32_t a, uint16_t w)
+{
+    return (int32_t)wg_mulsm(a, (int32_t)(w << 6));
+}
+
 #endif

@@ -46,6 +46,12 @@ static inline int32_t wg_weigh(int32_t a, uint16_t w)
     return high + (int32_t)(((uint32_t)a & 0xffffu) * w >> 15);
 }
 
+/* floor(a w / 2^10) for w in 0 .. 256. */
+static inline int32_t wg_share(int32_t a, uint16_t w)
+{
+    return wg_mulh(a, (int32_t)((uint32_t)w << 22));
+}
+
 /* floor((2^32 - 1) / a) for a in 1 .. 65535. */
 static inline uint32_t wg_inverse(unsigned a)
 {
