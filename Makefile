@@ -44,10 +44,11 @@ $B/firmware/device/%.o: firmware/device/%.c
 	$(CC) $(CFLAGS) $(PURE_I) $(DEVICE_I) -c $< -o $@
 
 # ---- the baker (host only) ----------------------------------------------------------------------
-BAKE_LIBS := -lassimp -lcyaml -lpng -lSDL2 -lyaml -ltet -larpack -lcholmod -llapacke -lopenblas -lgmp -lmpfr -lstdc++ -lm
-BAKE      := $(patsubst %,build/bake/%.o,$(basename $(wildcard host-bake/*.c host-bake/body/*.c host-bake/bridge/*.cpp)))
-BAKE_CF   := -std=c11 -D_DEFAULT_SOURCE $(WARN) -O2 -g -ffp-contract=off -MMD -MP $(PURE_I) -Ihost-bake -Ihost-bake/body \
-    -Ihost-bake/bridge $(DEVICE_I)
+RSVG_CF   := $(patsubst -I%,-isystem %,$(shell pkg-config --cflags librsvg-2.0 2>/dev/null)) # headers of others: no warnings
+BAKE_LIBS := -lassimp -lcyaml -lpng -limagequant $(shell pkg-config --libs librsvg-2.0 2>/dev/null) -lSDL2 -lyaml -ltet -larpack -lcholmod -llapacke -lopenblas -lgmp -lmpfr -lstdc++ -lm
+BAKE      := $(patsubst %,build/bake/%.o,$(basename $(wildcard host-bake/*.c host-bake/body/*.c host-bake/skin/*.c host-bake/bridge/*.cpp)))
+BAKE_CF   := -std=c11 -D_DEFAULT_SOURCE $(WARN) -O2 -g -ffp-contract=off -MMD -MP $(PURE_I) -Ihost-bake -Ihost-bake/body -Ihost-bake/skin \
+    -Ihost-bake/bridge $(DEVICE_I) $(RSVG_CF)
 BRIDGE_CF := -std=c++17 -O2 -g -DNDEBUG -Wall -Wextra $(if $(WERROR),-Werror) -MMD -MP -Ihost-bake/bridge
 bake: build/wiggly ## the host baker, build/wiggly
 build/bake/%.o: %.c
@@ -96,6 +97,7 @@ bench: build/bench_spline build/bench_bodies bake tools ## splines and bodies so
 	/usr/bin/python3 tests/bench/bench_body_bytes.py
 	/usr/bin/python3 tests/bench/bench_bytes.py
 	/usr/bin/python3 tests/bench/bench_shapes.py
+build/tests/test_bake_bounded build/bench_weights: BAKE_LIBS += -lipopt # the oracle: another interior point solver
 build/bench_%: tests/bench_%.c build/libbake.a build/host/libdevice.a build/host/libplayer.a
 	gcc $(BAKE_CF) $< -o $@ $(filter %.a,$^) $(BAKE_LIBS)
 budget: bake tools ## bytes, stack, instructions and cycles against tests/budget/player.csv

@@ -131,7 +131,7 @@ static void count_operations(const wg_file *file, int clip, certificate *c)
 static size_t ram(const scene *s)
 {
     size_t layers = s->layer_count > 0 ? (size_t)s->layer_count : 1;
-    return 18 * 12 + 16 + 48 * layers + 4 * (size_t)s->channel_count + 12 * (size_t)s->servo_count;
+    return 12 * (WG_SECTION_KNOWN + 1) + 16 + 48 * layers + 4 * (size_t)s->channel_count + 12 * (size_t)s->servo_count;
 }
 
 static void certify_clip(const build *b, const wg_file *file, int i, certificate *c)
@@ -195,6 +195,7 @@ int certify(const build *b, const wg_file *file, size_t file_bytes, certificate 
     }
     certify_mix(b, file, c);
     certify_meshes(b, file, c);
+    c->failed += certify_skins(b);
     c->picture_ram = certify_picture_ram(b);
     c->over_flash = s->flash_bytes > 0 && (double)file_bytes > s->flash_bytes;
     c->over_ram = s->ram_bytes > 0 && (double)(c->ram_bytes + c->picture_ram) > s->ram_bytes;

@@ -87,5 +87,7 @@ void certificate_json(const build *b, const certificate *c, bytes *out)
     certificate_json_meshes(b, c, out);
     put_text(out, ",\n  ");
     certificate_json_bodies(b, out);
+    put_text(out, ",\n  ");
+    certificate_json_skins(b, out);
     put_text(out, "\n}\n");
 }

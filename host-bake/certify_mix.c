@@ -202,6 +202,7 @@ static long play(mix *m, certificate_channel *channel, certificate_servo *servo)
             compare(m, (double)f * CERTIFY_FRAME_US * 1e-6, channel);
             compared++;
         }
+        wg_fields_set(m->file, m->played);
         for (int i = 0; i < s->servo_count; i++) {
             servo_frame(m->b, m->file, m->played, &watch[i], &servo[i]);
         }

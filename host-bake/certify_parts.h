@@ -42,6 +42,11 @@ void certificate_print_target(const build *b, const certificate *c, FILE *to);
 void certificate_print_mesh_failures(const build *b, const certificate *c, FILE *to);
 void certificate_json_meshes(const build *b, const certificate *c, bytes *out);
 void certificate_print_bodies(const build *b, FILE *to);
+/* Of rigs: how many fields miss their channels' tolerances. */
+int certify_skins(const build *b);
+void certificate_print_skins(const build *b, FILE *to);
+void certificate_print_skin_failures(const build *b, FILE *to);
+void certificate_json_skins(const build *b, bytes *out);
 void certificate_json_bodies(const build *b, bytes *out);
 
 /* "key": "name", and a comma; names may hold anything. */

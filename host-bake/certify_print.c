@@ -17,8 +17,9 @@ const char *certificate_clip(const build *b, int clip)
 const char *section_name(unsigned kind)
 {
     static const char *const NAME[WG_SECTION_KNOWN + 1] = {
-        "",        "channels", "clips",  "tracks", "runs",   "data",  "events", "masks", "layers",
-        "filters", "triggers", "servos", "names",  "shapes", "bases", "blocks", "parts", "views"};
+        "",       "channels", "clips",    "tracks", "runs",  "data",   "events", "masks",
+        "layers", "filters",  "triggers", "servos", "names", "shapes", "bases",  "blocks",
+        "parts",  "views",    "bones",    "joints", "skins", "spans",  "fields", "paints"};
     return NAME[kind];
 }
 
@@ -112,6 +113,7 @@ void certificate_print(const build *b, const certificate *c, FILE *to)
     }
     certificate_print_meshes(b, c, to);
     certificate_print_bodies(b, to);
+    certificate_print_skins(b, to);
     fprintf(to, "bytes %zu:", c->file_bytes);
     for (unsigned k = 1; k <= WG_SECTION_KNOWN; k++) {
         if (c->section_bytes[k] > 0) {
@@ -127,5 +129,6 @@ void certificate_print(const build *b, const certificate *c, FILE *to)
     }
     print_failures(b, c, to);
     certificate_print_mesh_failures(b, c, to);
+    certificate_print_skin_failures(b, to);
     certificate_print_target(b, c, to);
 }

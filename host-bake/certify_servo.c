@@ -107,6 +107,7 @@ void certify_servo(const build *b, const wg_file *file, certificate_servo *row)
         uint64_t t = repeats ? f * CERTIFY_FRAME_US % period : f * CERTIFY_FRAME_US;
         t = repeats && t > once ? 2 * once - t : t; /* the way back of a ping-pong clip */
         wg_clip_sample(file, (uint8_t)row->clip, (uint32_t)t, values, NULL);
+        wg_fields_set(file, values);
         servo_frame(b, file, values, &watch, row);
     }
     servo_end(b, row);

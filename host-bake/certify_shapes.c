@@ -6,6 +6,7 @@
 #include "command.h"
 #include "record.h"
 #include "shape_parts.h"
+#include "skins.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -22,6 +23,8 @@ typedef struct {
     uint16_t bases; /* how many count */
     wg_pose pose;
     int16_t *weights;
+    wg_skin skin;
+    wg_bone *bones;
     int32_t *values; /* a channel: raw */
     int32_t *posed;
     double *truth;
@@ -45,7 +48,12 @@ static void compare(look *l, const double *truth, int clip, int frame, double wh
 {
     int n = l->m->mesh.vertex_count, at_work = 0;
     wg_pose_set(&l->pose, l->values, l->bases, NULL);
-    wg_pose_vertices(&l->pose, 0, (uint16_t)n, l->posed);
+    if (l->m->skin) {
+        wg_skin_set(&l->skin, l->values, NULL);
+        wg_skin_vertices(&l->skin, &l->pose, 0, (uint16_t)n, l->posed);
+    } else {
+        wg_pose_vertices(&l->pose, 0, (uint16_t)n, l->posed);
+    }
     for (int i = 0; i < n; i++) {
         double square = 0;
         for (int k = 3 * i; k < 3 * i + 3; k++) {
@@ -81,8 +89,21 @@ static void look_at_frames(look *l)
     }
 }
 
+/* The bones as the player's channels have them, the weights as they were solved. */
+static void skin_truth(look *l)
+{
+    const skin *k = l->m->skin;
+    int count = l->b->scene->channel_count;
+    double *value = bake_alloc((size_t)count, sizeof *value);
+    for (int c = 0; c < count; c++) {
+        value[c] = channel_unit(l->file, c, l->values[c]);
+    }
+    skin_pose(&l->b->scene->rigs[k->rig], k, value, l->truth, 0, l->truth);
+    free(value);
+}
+
 /* rest + sum of channel values times differences [Alexa 7.1.1], of the values as the player has
- * them: what their curves lose is the channels' own row. */
+ * them: what their curves lose is the channels' own row. Then the bones. */
 static void additive_truth(look *l)
 {
     const mesh *m = &l->m->mesh;
@@ -94,6 +115,9 @@ static void additive_truth(look *l)
         for (size_t i = 0; i < rows; i++) {
             l->truth[i] += value * (m->shape[(size_t)j * rows + i] - m->rest[i]);
         }
+    }
+    if (l->m->skin) {
+        skin_truth(l);
     }
 }
 
@@ -116,13 +140,29 @@ static void look_at_shapes(look *l)
         additive_truth(l);
         compare(l, l->truth, -1, which, 0);
     }
-    for (int i = 0; i < s->clip_count && count > 0; i++) {
+    for (int i = 0; i < s->clip_count && (count > 0 || l->m->skin); i++) {
         uint32_t end = get32(clip_record(l->file, i) + WG_CLIP_US);
         for (uint32_t t = 0; t <= end && t / STEP_US < 100000u; t += STEP_US) {
             wg_clip_sample(l->file, (uint8_t)i, t, l->values, NULL);
             additive_truth(l);
             compare(l, l->truth, i, (int)(t / STEP_US), t * 1e-6);
         }
+    }
+}
+
+/* The random poses that the skin was pruned for. */
+static void look_at_random(look *l)
+{
+    const skin_poses *p = &l->m->skin->poses;
+    for (int i = p->own; i < p->count; i++) {
+        for (int c = 0; c < p->channels; c++) {
+            double raw =
+                ldexp(p->value[(size_t)i * (size_t)p->channels + (size_t)c], l->b->frac[c]);
+            raw = fmax(-(double)WG_VALUE_LIMIT, fmin((double)WG_VALUE_LIMIT, raw));
+            l->values[c] = (int32_t)floor(raw + 0.5);
+        }
+        additive_truth(l);
+        compare(l, l->truth, -1, i, 0);
     }
 }
 
@@ -144,11 +184,16 @@ static void look_open(const build *b, const wg_file *file, int index, look *l)
                                       WG_CHANNEL_REST);
     }
     wg_pose_init(&l->pose, file, (uint8_t)l->shape, l->weights);
+    if (l->m->skin) {
+        l->bones = bake_alloc((size_t)l->m->skin->bone_count, sizeof *l->bones);
+        wg_skin_init(&l->skin, file, (uint8_t)l->shape, l->bones);
+    }
 }
 
 static void look_close(look *l)
 {
     free(l->weights);
+    free(l->bones);
     free(l->values);
     free(l->posed);
     free(l->truth);
@@ -162,6 +207,9 @@ static void look_at_all(look *l)
         look_at_frames(l);
     } else {
         look_at_shapes(l);
+    }
+    if (l->m->skin) {
+        look_at_random(l);
     }
     l->row->rms = sqrt(l->sum / (double)l->count);
 }

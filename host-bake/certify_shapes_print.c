@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "certify_parts.h"
 #include "shapes.h"
+#include "skins.h"
 
 #include <math.h>
 
@@ -177,6 +178,15 @@ void certificate_print_mesh_failures(const build *b, const certificate *c, FILE 
                 "FAILED: mesh %s is off by %.3g %s, with %d bases of %d bits; the tolerance is "
                 "%.3g: ",
                 m->name, r->largest, place_of(b, r, place), r->bases, r->bits, r->tolerance);
+        if (b->shapes->mesh[i].skin) {
+            const scene_rig *rig = &b->scene->rigs[b->shapes->mesh[i].skin->rig];
+            fprintf(to,
+                    rig->influences < (int)WG_INFLUENCES_MAX
+                        ? "allow more than %d `influences`, or raise it\n"
+                        : "%d `influences` are all there are: raise it\n",
+                    rig->influences);
+            continue;
+        }
         if (r->tolerance < FEW_STEPS * step) {
             fprintf(to, "coordinates are stored in steps of %.3g here: raise it to %.3g\n", step,
                     FEW_STEPS * step);

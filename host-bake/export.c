@@ -1,5 +1,6 @@
 /* The clip as C source and header, and files written whole or not at all.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "record.h"
 #include "shapes.h"
 
 #include <ctype.h>
@@ -38,18 +39,52 @@ static uint64_t longest_us(const build *b)
     return most;
 }
 
+/* Light falls on parts that no paint covers; without normals in the file they are to be recomputed. */
+static int has_bare_part(const wg_file *file)
+{
+    for (int i = 0; i < file->section[WG_SECTION_PARTS].count; i++) {
+        const uint8_t *part = record(file, WG_SECTION_PARTS, i, WG_PART_BYTES);
+        int painted = 0;
+        for (int k = 0; k < file->section[WG_SECTION_PAINTS].count; k++) {
+            painted |=
+                get16(record(file, WG_SECTION_PAINTS, k, WG_PAINT_BYTES) + WG_PAINT_PART) == i;
+        }
+        if (!painted && get16(part + WG_PART_NORMALS) == (int)WG_ABSENT) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* What a firmware links for skins, and how many bones it has room for. */
+static void add_skins(const wg_file *file, bytes *out)
+{
+    int bones = 0;
+    for (int i = 0; i < file->section[WG_SECTION_SKINS].count; i++) {
+        int own = get16(record(file, WG_SECTION_SKINS, i, WG_SKIN_BYTES) + WG_SKIN_BONE_COUNT);
+        bones = own > bones ? own : bones;
+    }
+    put_text(out,
+             "#define CLIP_SKINS %d\n#define CLIP_BONES %d /* of the skin that has most */\n"
+             "#define CLIP_FIELDS %d /* channels that are means of others */\n"
+             "#define CLIP_PAINTS %d\n",
+             file->section[WG_SECTION_SKINS].count, bones, file->section[WG_SECTION_FIELDS].count,
+             file->section[WG_SECTION_PAINTS].count);
+}
+
 /* Sizes of what device/raster/picture.h works in. */
 static void add_shapes(const build *b, bytes *out)
 {
+    wg_file file = {0};
+    wg_open(&file, b->file.at, (uint32_t)b->file.count); /* the certificate has opened it before */
     int count = b->shapes ? b->shapes->count : 0, vertices = 0, bases = 0, parts = 0, records = 0;
-    int bare = 0, smooth = 0; /* a mesh without normals, a view that wants them */
+    int smooth = 0; /* a view that wants normals */
     for (int i = 0; i < count; i++) {
         const shape_mesh *m = &b->shapes->mesh[i];
         vertices += m->mesh.vertex_count;
         bases = m->form.basis_count > bases ? m->form.basis_count : bases;
         parts += m->mesh.part_count;
         records += 1 + m->has_normals;
-        bare |= !m->has_normals;
     }
     for (int i = 0; i < b->scene->view_count; i++) {
         smooth |= b->scene->views[i].shading == WG_SHADING_SMOOTH;
@@ -59,7 +94,9 @@ static void add_shapes(const build *b, bytes *out)
              "#define CLIP_BASES %d /* of the shape that has most */\n#define CLIP_PARTS %d\n"
              "#define CLIP_NORMALS %d /* vertices with recomputed normals: all or none */\n"
              "#define CLIP_VIEWS %d\n",
-             records, vertices, bases, parts, bare && smooth ? vertices : 0, b->scene->view_count);
+             records, vertices, bases, parts, has_bare_part(&file) && smooth ? vertices : 0,
+             b->scene->view_count);
+    add_skins(&file, out);
 }
 
 /* A mesh's name is that of its positions. */

@@ -32,8 +32,11 @@ typedef struct {
     int (*triangle)[3]; /* counter-clockwise seen from outside */
     int *part;          /* of each triangle */
     mesh_part *parts;
-    mesh_frames *frames; /* every motion of the scene that moves this mesh, by clip */
-    double *shape;       /* shape_count x vertex_count x 3: the additive shapes, absolute */
+    mesh_frames *frames;  /* every motion of the scene that moves this mesh, by clip */
+    double *shape;        /* shape_count x vertex_count x 3: the additive shapes, absolute */
+    struct outline *flat; /* of a picture or drawing, in scene units; else NULL */
+    struct mesh_picture *picture; /* mesh_picture.h; or NULL */
+    int specks;                   /* loops that the outline leaves out */
 } mesh;
 
 /* Loads scene.meshes[index] with all its motions and shapes. Errors name the scene's line and the

@@ -100,19 +100,25 @@ typedef struct {
     mesh *out;
 } loading;
 
+static int load_file(mesh_reader *r, const loading *l)
+{
+    char *path = rest_path(r);
+    if (path == NULL)
+        return -1;
+    int err = mesh_file_open(r, path, 0, &r->rest);
+    if (err == 0)
+        err = read_all(r, l->index, l->out);
+    mesh_file_close(&r->rest);
+    free(path);
+    return err;
+}
+
 static int load_here(void *what, isolate_note *now, bake_error *error)
 {
     const loading *l = what;
     const scene_mesh *from = &l->s->meshes[l->index];
     mesh_reader r = {.s = l->s, .mesh = from, .error = error, .line = from->line, .now = now};
-    char *path = rest_path(&r);
-    if (path == NULL)
-        return -1;
-    int err = mesh_file_open(&r, path, 0, &r.rest);
-    if (err == 0)
-        err = read_all(&r, l->index, l->out);
-    mesh_file_close(&r.rest);
-    free(path);
+    int err = mesh_is_flat(from->file) ? mesh_flat_load(&r, l->index, l->out) : load_file(&r, l);
     if (err)
         mesh_free(l->out);
     return err;
@@ -134,7 +140,14 @@ int mesh_load(const scene *s, int index, mesh *out, bake_error *error)
     loading l = {s, index, out};
     const isolate_job job = {s->path, &l, load_here, send, take};
     *out = (mesh){0};
-    return isolate(&job, error);
+    int err = isolate(&job, error);
+    if (err == 0 && out->specks > 0)
+        fprintf(stderr,
+                "%s:%d: mesh %s: warning: '%s' has %d spots or holes that are too small to show; "
+                "they are left out\n",
+                s->path, s->meshes[index].line, s->meshes[index].name, s->meshes[index].file,
+                out->specks);
+    return err;
 }
 
 void mesh_frames_free(mesh_frames *f)
@@ -156,5 +169,6 @@ void mesh_free(mesh *m)
     free(m->part);
     free(m->rest);
     free(m->shape);
+    mesh_flat_free(m);
     *m = (mesh){0};
 }

@@ -118,6 +118,14 @@ int mesh_triangles(mesh_reader *r, mesh *out);
  * different corners uses is dropped. */
 int mesh_weld(const mesh_reader *r, mesh *m);
 
+/* Pictures and drawings (mesh_flat.c): all of the mesh but frames and shapes; what they have beside
+ * other meshes, on its way to the baker; and its end. */
+int mesh_is_flat(const char *path);
+int mesh_flat_load(mesh_reader *r, int index, mesh *out);
+void mesh_flat_send(const mesh *m, FILE *to);
+int mesh_flat_take(mesh *m, FILE *from);
+void mesh_flat_free(mesh *m);
+
 /* From the process that reads meshes to the baker. mesh_take: 0, or -1 when what comes is no mesh
  * that scene.meshes[index] could be. */
 void mesh_send(const mesh *m, FILE *to);

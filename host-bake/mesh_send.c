@@ -34,6 +34,7 @@ void mesh_send(const mesh *m, FILE *to)
         fwrite(&m->frames[i], sizeof m->frames[i], 1, to);
         fwrite(m->frames[i].at, sizeof *m->frames[i].at, values(m, m->frames[i].count), to);
     }
+    mesh_flat_send(m, to);
 }
 
 static double *take_values(const mesh *m, int poses, FILE *from)
@@ -126,7 +127,7 @@ int mesh_take(const scene *s, int index, FILE *from, mesh *out)
     out->shape = take_values(out, count[4], from);
     if (out->rest && out->triangle && out->part && out->shape &&
         take_parts(out, count[2], from) == 0 && good_triangles(out) &&
-        take_frames(s, index, out, count[3], from) == 0)
+        take_frames(s, index, out, count[3], from) == 0 && mesh_flat_take(out, from) == 0)
         return 0;
     mesh_free(out);
     return -1;

@@ -2,6 +2,7 @@
  * Source: SPEC 3, 4. Shapes, parts and views: shape_pack.c.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "shape_pack.h"
+#include "skin_pack.h"
 
 #include <math.h>
 #include <string.h>
@@ -335,6 +336,9 @@ int build_pack(build *b, bake_error *error)
     if (err == 0) {
         err = shapes_pack(b, &s, error);
     }
+    if (err == 0) {
+        err = skins_pack(b, &s, error);
+    }
     for (unsigned k = 1; k <= WG_SECTION_KNOWN && err == 0; k++) {
         if (s.count[k] > 65535) {
             err = bake_fail(error,
@@ -348,6 +352,7 @@ int build_pack(build *b, bake_error *error)
         wg_file file;
         int code = wg_open(&file, b->file.at, (uint32_t)b->file.count);
         code = code < 0 ? code : wg_open_shapes(&file);
+        code = code < 0 ? code : wg_open_skins(&file);
         if (code < 0) {
             err = bake_fail(error,
                             "%s: the player refuses the baked file with code %d; this is a fault "

@@ -3,6 +3,7 @@
 #include "painter.h"
 #include "command.h"
 #include "record.h"
+#include "stage.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -74,6 +75,18 @@ int bases_most(const wg_file *file)
     return most;
 }
 
+/* Of the skin that has most. */
+static int bones_most(const wg_file *file)
+{
+    int most = 0;
+    for (int i = 0; i < file->section[WG_SECTION_SKINS].count; i++) {
+        const uint8_t *r = record(file, WG_SECTION_SKINS, i, WG_SKIN_BYTES);
+        int bones = get16(r + WG_SKIN_BONE_COUNT);
+        most = bones > most ? bones : most;
+    }
+    return most;
+}
+
 int painter_can(const wg_file *file)
 {
     return file->section[WG_SECTION_PARTS].count > 0 && view_count(file) > 0;
@@ -100,10 +113,8 @@ static size_t vertex_count(const wg_file *file)
 int painter_open(painter *p, const wg_file *file, const panel *on, wg_size size, bake_error *error)
 {
     memset(p, 0, sizeof *p);
-    int code = wg_open_shapes(file);
-    if (code < 0) {
-        return bake_fail(error, "the clip's shapes cannot be shown: %s (error %d)",
-                         clip_complaint(code), code);
+    if (stage_open(file, error) < 0) {
+        return -1;
     }
     if (on->size.width > 0) {
         size = on->size;
@@ -115,15 +126,22 @@ int painter_open(painter *p, const wg_file *file, const panel *on, wg_size size,
     p->memory.shades = bake_alloc(count, 1);
     p->memory.normals = bake_alloc(3 * count, sizeof *p->memory.normals); /* as CLIP_NORMALS */
     p->memory.weights = bake_alloc((size_t)bases_most(file) + 1, sizeof *p->memory.weights);
+    p->skins = bake_alloc(1, sizeof *p->skins);
+    p->skins->bones = bake_alloc((size_t)bones_most(file) + 1, sizeof *p->skins->bones);
     p->pixels = bake_alloc(area, sizeof *p->pixels);
     p->packed = bake_alloc(area, 2);
     p->image = image_make(size.width, size.height);
     wg_picture_init(&p->picture, file, size, &p->memory);
+    wg_picture_paint(&p->picture, p->skins);
     return 0;
 }
 
 void painter_close(painter *p)
 {
+    if (p->skins != NULL) {
+        free(p->skins->bones);
+    }
+    free(p->skins);
     free(p->memory.vertices);
     free(p->memory.shades);
     free(p->memory.normals);
@@ -191,7 +209,7 @@ void painter_paint(painter *p, const int32_t *values, painter_look look)
     }
     p->picture.bases = (uint16_t)look.bases;
     p->look = look;
-    wg_picture_set(&p->picture, values);
+    wg_picture_set_skinned(&p->picture, values);
     wg_picture_band(&p->picture, all, p->pixels);
     if (p->panel->pixels == PANEL_RGB) {
         wg_pixels_rgb888(&p->picture, all, p->pixels, p->image.rgb);

@@ -5,7 +5,9 @@
 #define BAKE_PAINTER_H
 
 #include "image.h"
-#include "pixels.h"
+/* The device's: this directory has a picture.h and a pixels.h of its own. */
+#include "raster/picture_skin.h"
+#include "raster/pixels.h"
 
 /* What becomes of a pixel on its way to the glass. */
 typedef enum {
@@ -40,6 +42,7 @@ typedef struct {
 typedef struct {
     wg_picture picture;
     wg_picture_memory memory;
+    wg_picture_skins *skins;
     painter_look look;
     const panel *panel;
     uint32_t *pixels;
@@ -50,7 +53,7 @@ typedef struct {
 /* Whether there is anything to paint: triangles and a view on them. */
 int painter_can(const wg_file *file);
 
-/* For an open clip that painter_can; wg_open_shapes is called here. `size` counts for panels that
+/* For an open clip that painter_can; stage_open is called here. `size` counts for panels that
  * come in any. */
 int painter_open(painter *p, const wg_file *file, const panel *on, wg_size size, bake_error *error);
 void painter_close(painter *p);

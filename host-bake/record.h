@@ -3,6 +3,8 @@
 #ifndef BAKE_RECORD_H
 #define BAKE_RECORD_H
 
+#include <stddef.h>
+
 #include "wiggly.h"
 
 static inline int get8(const uint8_t *at)

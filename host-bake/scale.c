@@ -201,6 +201,48 @@ static void reach_pictures(const scene *s, reach *all)
     }
 }
 
+/* A joint that no clip moves and that has no range: what a program may do with it. */
+static void reach_joint(const scene *s, const scene_joint *j, reach *all)
+{
+    int count = j->kind == (int)WG_JOINT_QUATERNION ? 4 : j->kind == (int)WG_JOINT_FOLLOW ? 0 : 1;
+    double most = count == 4 || j->kind == (int)WG_JOINT_MOVE ? 1
+                  : j->kind == (int)WG_JOINT_STRETCH          ? 2
+                                                              : 360;
+    for (int c = j->channel; c < j->channel + count; c++) {
+        if (all[c].clips <= 0 && s->channels[c].range[0] >= s->channels[c].range[1]) {
+            reach_over(&all[c], -most, most);
+        }
+    }
+}
+
+static void reach_rigs(const scene *s, reach *all)
+{
+    for (int i = 0; i < s->rig_count; i++) {
+        for (int b = 0; b < s->rigs[i].bone_count; b++) {
+            const scene_bone *bone = &s->rigs[i].bones[b];
+            for (int k = 0; k < bone->joint_count; k++) {
+                reach_joint(s, &bone->joints[k], all);
+            }
+        }
+    }
+}
+
+/* A field lies between the values that it is a mean of. */
+static void reach_fields(const scene *s, reach *all)
+{
+    for (int i = 0; i < s->rig_count; i++) {
+        const scene_rig *r = &s->rigs[i];
+        for (int f = 0; f < r->field_count; f++) {
+            for (int b = 0; b < r->bone_count; b++) {
+                if (r->bones[b].value >= 0) {
+                    const reach *from = &all[r->bones[b].value];
+                    reach_over(&all[r->fields[f].channel], from->lo, from->hi);
+                }
+            }
+        }
+    }
+}
+
 static int scale_channel(build *b, int c, const reach *r, bake_error *error)
 {
     const scene *s = b->scene;
@@ -232,6 +274,7 @@ int build_scale(build *b, bake_error *error)
         }
     }
     reach_pictures(s, all);
+    reach_rigs(s, all);
     for (int k = 0; k < s->filter_count; k++) {
         for (int i = 0; i < s->filters[k].n; i++) {
             reach_range(&s->channels[s->filters[k].channels[i]], &all[s->filters[k].channels[i]]);
@@ -245,6 +288,7 @@ int build_scale(build *b, bake_error *error)
         }
     }
     balance(s, all);
+    reach_fields(s, all);
     for (int c = 0; c < s->channel_count && err == 0; c++) {
         err = scale_channel(b, c, &all[c], error);
     }

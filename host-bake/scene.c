@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SOURCES_MAX = 255, MESHES_MAX = 8, BODIES_MAX = 8, NAME_BYTES = 64 };
+enum { SOURCES_MAX = 255, MESHES_MAX = 8, OWNERS_MAX = 8, NAME_BYTES = 64 };
 
 int scene_read_channel(loader *l, int index)
 {
@@ -60,6 +60,41 @@ int scene_read_source(loader *l, int index)
     return loader_file(l, from->file, &to->file);
 }
 
+/* What captures fill of the rig that a mesh follows. */
+static void weigh_captured(const scene *s, int mesh, scene_mask *to)
+{
+    int rig = scene_rig_of_mesh(s, mesh);
+    for (int i = 0; rig >= 0 && i < s->rigs[rig].bone_count; i++) {
+        const scene_bone *b = &s->rigs[rig].bones[i];
+        for (int k = 0; b->captured >= 0 && k < 4; k++)
+            to->weight[b->captured + k] = to->mesh_weight[mesh];
+        for (int k = 0; b->travels >= 0 && k < 3; k++)
+            to->weight[b->travels + k] = to->mesh_weight[mesh];
+    }
+}
+
+/* Of a mesh, or of a channel. Meshes come first, so that a channel's own weight holds. */
+static int read_weight(loader *l, const scene_node *entry, int meshes, scene_mask *to)
+{
+    const scene *s = l->out;
+    scene_names names = SCENE_NAMES(s->meshes, s->mesh_count);
+    int channel = 0, mesh = s->mesh_count > 0 ? scene_names_find(&names, entry->key) : -1;
+    if ((mesh >= 0) != meshes)
+        return 0;
+    if (mesh < 0 &&
+        loader_reference(l, s->mesh_count > 0 ? "mesh or channel" : "channel", entry->key,
+                         SCENE_NAMES(s->channels, s->channel_count), &channel))
+        return -1;
+    if (entry->kind != NODE_SCALAR)
+        return loader_fail(l, NULL, "the weight of '%s' must be a number from 0 to 1", entry->key);
+    if (loader_number(l, entry->key, entry->value, &scene_fraction,
+                      mesh >= 0 ? &to->mesh_weight[mesh] : &to->weight[channel]))
+        return -1;
+    if (mesh >= 0)
+        weigh_captured(s, mesh, to);
+    return 0;
+}
+
 int scene_read_mask(loader *l, int index)
 {
     const yaml_scene *y = l->yaml;
@@ -73,22 +108,12 @@ int scene_read_mask(loader *l, int index)
     int weights = scene_tree_find(l->tree, l->node, "weights");
     if (weights < 0 || l->tree->nodes[weights].kind != NODE_MAPPING)
         return loader_fail(l, "weights", "a mask needs 'weights'; write for example:  %s", example);
-    for (int i = l->tree->nodes[weights].child; i >= 0; i = l->tree->nodes[i].next) {
-        const scene_node *entry = &l->tree->nodes[i];
-        scene_names meshes = SCENE_NAMES(s->meshes, s->mesh_count);
-        int channel = 0, mesh = s->mesh_count > 0 ? scene_names_find(&meshes, entry->key) : -1;
-        l->node = i;
-        if (mesh < 0 &&
-            loader_reference(l, s->mesh_count > 0 ? "mesh or channel" : "channel", entry->key,
-                             SCENE_NAMES(s->channels, s->channel_count), &channel))
-            return -1;
-        if (entry->kind != NODE_SCALAR)
-            return loader_fail(l, NULL, "the weight of '%s' must be a number from 0 to 1",
-                               entry->key);
-        if (loader_number(l, entry->key, entry->value, &scene_fraction,
-                          mesh >= 0 ? &to->mesh_weight[mesh] : &to->weight[channel]))
-            return -1;
-    }
+    for (int meshes = 1; meshes >= 0; meshes--)
+        for (int i = l->tree->nodes[weights].child; i >= 0; i = l->tree->nodes[i].next) {
+            l->node = i;
+            if (read_weight(l, &l->tree->nodes[i], meshes, to))
+                return -1;
+        }
     return 0;
 }
 
@@ -163,11 +188,12 @@ static int check_count(const loader *l, const char *field, unsigned count, unsig
     return 0;
 }
 
-static int check_bodies(const loader *l)
+/* Of meshes, each of which has one. */
+static int check_owners(const loader *l, const char *field, unsigned count)
 {
-    if (l->yaml->bodies_count > BODIES_MAX)
-        return loader_fail(l, "bodies", "'bodies' has %u entries; a scene has at most %d",
-                           l->yaml->bodies_count, BODIES_MAX);
+    if (count > OWNERS_MAX)
+        return loader_fail(l, field, "'%s' has %u entries; a scene has at most %d", field, count,
+                           OWNERS_MAX);
     return 0;
 }
 
@@ -192,7 +218,9 @@ static int check_counts(const loader *l)
                    check_count(l, "triggers", y->triggers_count, WG_TRIGGERS_MAX) ||
                    check_count(l, "servos", y->servos_count, WG_SERVOS_MAX) ||
                    check_count(l, "meshes", y->meshes_count, MESHES_MAX) ||
-                   check_count(l, "views", y->views_count, WG_VIEWS_MAX) || check_bodies(l)
+                   check_count(l, "views", y->views_count, WG_VIEWS_MAX) ||
+                   check_owners(l, "bodies", y->bodies_count) ||
+                   check_owners(l, "rigs", y->rigs_count)
                ? -1
                : 0;
 }
@@ -210,6 +238,7 @@ static void allot_all(scene *s, const yaml_scene *y)
     s->meshes = allot(y->meshes_count, sizeof *s->meshes);
     s->views = allot(views, sizeof *s->views);
     s->bodies = allot(y->bodies_count, sizeof *s->bodies); /* body_count: as they are read */
+    s->rigs = allot(y->rigs_count, sizeof *s->rigs);       /* the same */
     s->sources = allot(y->sources_count, sizeof *s->sources);
     s->clips = allot(y->clips_count, sizeof *s->clips);
     s->masks = allot(y->masks_count, sizeof *s->masks);
@@ -281,10 +310,11 @@ static int read_all(loader *l)
                    loader_each(l, "sources", scene_read_source) ||
                    loader_each(l, "meshes", scene_read_mesh) || read_views(l) ||
                    loader_each(l, "bodies", scene_read_body) ||
-                   loader_each(l, "clips", scene_read_clip) ||
+                   loader_each(l, "rigs", scene_read_rig) ||
+                   loader_each(l, "clips", scene_read_clip) || scene_check_takes(l) ||
                    loader_each(l, "masks", scene_read_mask) ||
                    loader_each(l, "layers", scene_read_layer) || add_base_layer(s) ||
-                   loader_each(l, "filters", scene_read_filter) ||
+                   loader_each(l, "filters", scene_read_filter) || scene_check_fields(l) ||
                    loader_each(l, "triggers", scene_read_trigger) ||
                    loader_each(l, "servos", scene_read_servo) || scene_read_target(l)
                ? -1

@@ -89,12 +89,16 @@ typedef enum { NORMALS_NONE, NORMALS_FIXED, NORMALS_INTERPOLATED } scene_normals
  *            colour: [200, 180, 160], shapes: [...]}
  * Exactly one of: shapes (then no clip has frames of it), or clips with frames of it, or neither (a
  * thing that does not deform).
- * file: whatever Assimp reads, or a series such as run_####.obj. */
+ * file: whatever Assimp reads, or a series such as run_####.obj; or a flat shape: a .png, whose outline
+ * is where it is opaque and which it is drawn with, or an .svg, all filled paths of which are the outline
+ * (cell: triangles about so large, scene units). Flat shapes stand upright about (0, 0, 0): x to the right,
+ * y up. */
 typedef struct {
     char *name, *file; /* file: NULL = a chain draws it */
     int line;
-    double scale; /* scene units a file unit: 1 */
-    int up;       /* 'y' (default), 'z' */
+    double
+        scale; /* scene units a file unit: 1; of a picture or drawing: a pixel's or user unit's */
+    int up;    /* 'y' (default), 'z' */
     double
         tolerance; /* largest distance of a posed vertex from where it should be; 0 = 1/500 of the
                          diagonal of the box around all frames */
@@ -106,6 +110,8 @@ typedef struct {
     int pieces; /* a sequence is cut into so many, each with bases of its own beside shared ones */
     scene_normals normals;
     int sides;      /* 1, 2, 0 = as the file says, else 1 */
+    double cell;    /* flat shapes: 0 = chosen */
+    int texels;     /* of a picture's longer side in the clip, at most; 0 = 128 */
     int has_colour; /* colour replaces those of the file */
     unsigned char colour[3];
     int shape_count;
@@ -154,6 +160,111 @@ typedef struct {
     double centre[3], radius;
     int vertex_count, *vertex; /* ascending */
 } scene_region;
+
+/* Joints of a bone, in the order in which they act (SPEC 6.9):
+ * bones: - {..., joints: [{move: x, channel: slide}, {turn: z, channel: elbow, limits: [-10, 140]},
+ *                         {stretch: longer}, {twist: wring}, {twist-start: a}, {twist-end: b},
+ *                         {quaternion: head}, {follow: [hip, hand]}]}
+ * turn, move: an axis, x y z or three numbers; the channel is in deg, or in scene units.
+ * stretch: the channel is the bone's length over that at rest, 1 = unchanged. twist, twist-end: deg,
+ * of the bone's end about the bone; twist-start: of its start. quaternion: four channels, named
+ * <channel>_w, _x, _y, _z. follow: a point turns as the ways to other points do [4.3.4].
+ * limits: a clamp filter on the channel: what the servo of the joint does keeps them too. */
+typedef struct {
+    int kind;                  /* WG_JOINT_* */
+    int channel;               /* QUATERNION: the first of four */
+    double axis[3];            /* TURN, MOVE: of length 1 */
+    int follow_count, *follow; /* bones */
+} scene_joint;
+
+typedef enum { BONE_BONE, BONE_POINT, BONE_REGION, BONE_CAGE } scene_bone_kind;
+
+/* bones of a rig: - {name: upper, from: [0, 90, 0], to: [40, 90, 0], parent: chest, joints: [...]}
+ *                 - {name: hand, at: [90, 90, 0], depth: 3, value: glow}           a point
+ *                 - {name: jaw, region: {ball: {...}}, at: [0, 60, 5]}      its vertices move as one
+ *                 - {name: c1, cage: [0, 0, 0]}                         a vertex of a cage
+ * from: absent = where the parent ends. node: of a capture, see scene_take. depth: how far nearer to the
+ * viewer (z) all of it is drawn. value: the channel whose value it has in fields. weightless: it moves
+ * its children alone. */
+typedef struct {
+    char *name;
+    int line, parent; /* -1: none; an earlier one */
+    scene_bone_kind kind;
+    /* Rest pose; a point, region, cage vertex: from = to. from[0] is NaN, and `along` too, where the
+     * place is found later: of a region without `at`, and of a bone that is in the rig's file. */
+    double from[3], to[3];
+    double along; /* 0 .. 1: where on its parent `from` is; moves with that part of it */
+    double depth;
+    int joint_count;
+    scene_joint *joints;
+    int value;            /* channel, -1 = none */
+    int weightless;       /* 1: no vertex follows it */
+    scene_region *region; /* BONE_REGION, else NULL */
+    char *node;           /* of captures, or NULL */
+    int captured; /* first of four channels that captures fill, -1: none; the bone's last joint
+                             turns by them */
+    int travels;  /* first of three channels of captured translation, -1: none */
+} scene_bone;
+
+/* weights: of a rig */
+typedef enum {
+    WEIGHTS_BOUNDED, /* bounded biharmonic, each bone alone, normalised */
+    WEIGHTS_COUPLED, /* with the sum as a constraint */
+    WEIGHTS_BIHARMONIC,
+    WEIGHTS_HARMONIC, /* references, without bounds (harmonic ones keep them) */
+    WEIGHTS_FILE      /* those of the mesh's file (glTF), pruned and rounded */
+} scene_weights;
+
+/* brush: - {region: {...}, stiffness: 100}: weights change little there [4.3.3]. stiffness: in units of
+ * 1 / (the shape's size)^2, 0 = nothing. */
+typedef struct {
+    scene_region region;
+    double stiffness;
+} scene_brush;
+
+/* fields: - {channel: led_3, at: [10, 40, 0]}: the channel is the mean of the bones' `value` channels with
+ * the weights of that point of the rest pose: v = sum w_j v_j. */
+typedef struct {
+    int line, channel;
+    double at[3];
+} scene_field;
+
+/* rigs: - {name: arm, mesh: bar, method: linear, ends: bounded, weights: bounded, influences: 4,
+ *          cell: 3, wrap: true, bones: [...], cage: [[c0, c1], ...], brush: [...], fields: [...],
+ *          filter: [[0.2, 0.1], [0.8, 0.9]], file: hero.glb, paint: true}
+ * At most one a mesh. file: bones and their names come from it (`bones` may add to them by name). */
+typedef struct {
+    char *name;
+    int line, mesh;
+    int method; /* WG_SKIN_LINEAR, DUAL, SHIFT */
+    int ends; /* ends_kind of skin/ends.h: ENDS_NONE ..; not given: BOUNDED where a joint stretches
+                   or twists, else NONE */
+    scene_weights weights;
+    int influences; /* at most, 1 .. 8; default 4 */
+    double
+        tolerance; /* largest distance that pruning and rounding may add to a posed vertex; 0 = the
+                         mesh's */
+    double cell;   /* scene units; 0 = chosen */
+    double lift;   /* flat meshes with a picture: how strongly colours keep apart [4.8], 0 = not */
+    int wrap;      /* 1: a broken surface is wrapped; default 1 */
+    char *file;    /* as the baker opens it, or NULL */
+    int bone_count, facet_count, brush_count, field_count, filter_count;
+    scene_bone *bones;
+    int (*facets)[3]; /* of the cage: bones; flat: [2] = -1 */
+    scene_brush *brushes;
+    scene_field *fields;
+    double *filter_x, *filter_y; /* filter_count: f(e), without (0, 0) and (1, 1) */
+    int paint;                   /* 1: the mesh's brightness is the field of its bones' values */
+} scene_rig;
+
+/* clips: rigs: - {rig: man, source: boxing, from: 6 s, to: 14 s, scale: 1, travel: true}
+ * Every bone with a `node` turns as that node of the source does, relative to its bind pose; bones that
+ * point elsewhere at rest are aligned first. travel: roots move as their nodes do, times `scale`. */
+typedef struct {
+    int line, rig, source;
+    double from, to, scale; /* to = 0: all */
+    int travel;
+} scene_take;
 
 /* by: a translation [scene units, or units a second], then a turn about the region's centre. */
 typedef struct {
@@ -318,6 +429,8 @@ typedef struct {
     scene_motion *motions; /* at most one a mesh */
     int action_count;
     scene_action *actions;
+    int take_count;
+    scene_take *takes;
 } scene_clip;
 
 /* masks: - {name: head, weights: {jaw: 1, neck: 0.5}}      others 0
@@ -396,6 +509,8 @@ typedef struct {
     scene_view *views;
     int body_count;
     scene_body *bodies;
+    int rig_count;
+    scene_rig *rigs;
     double flash_bytes, ram_bytes; /* target: {flash: 64 KB, ram: 8 KB}; 0 = not limited */
 } scene;
 
@@ -403,8 +518,19 @@ typedef struct {
 int scene_load(const char *path, scene *out, bake_error *error);
 void scene_free(scene *s);
 
-/* The body that moves a mesh, or -1. */
+/* The rig, or the body, that moves a mesh, or -1. */
+int scene_rig_of_mesh(const scene *s, int mesh);
 int scene_body_of_mesh(const scene *s, int mesh);
+
+/* Appends the channel <rig>_<bone>_<what>, without a unit; where that name is taken a '_' follows it.
+ * Masks give it what they give the rig's mesh. Returns its index. */
+int scene_add_channel(scene *s, const char *rig, const char *bone, const char *what, double rest);
+
+/* Appends the channels of a bone with a `node`: `captured`, and where travel = 1 `travels`. */
+void scene_add_captured(scene *s, const scene_rig *rig, scene_bone *bone, int travel);
+
+/* Where on its parent a bone starts: 0 .. 1, nearest to `from`; 0 on a parent without length. */
+double scene_bone_along(const scene_bone *parent, const double from[3]);
 
 /* Fails at the line of the last event if it lies behind `length` seconds: with a captured curve the
  * clip's end is known only when the curve is read. */

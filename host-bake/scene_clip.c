@@ -94,7 +94,7 @@ static int check_twice(const loader *l, const scene_clip *clip)
 static int read_curves(loader *l, const yaml_clip *from, int index)
 {
     scene_clip *to = &l->out->clips[index];
-    if (from->curves_count == 0 && from->meshes_count + from->bodies_count > 0)
+    if (from->curves_count == 0 && from->meshes_count + from->bodies_count + from->rigs_count > 0)
         return 0;
     if (from->curves_count == 0)
         return loader_fail(l, "curves",
@@ -118,12 +118,12 @@ static double last_time(const scene_curve *curve)
     return curve->key_count > 0 ? curve->keys[curve->key_count - 1].time : 0;
 }
 
-/* Length of the clip as far as the scene says: captured curves and frames of meshes are not read
- * here. */
+/* Length of the clip as far as the scene says: captured curves, those of rigs and frames of meshes are
+ * not read here. */
 static double known_length(const scene_clip *clip, int *captured)
 {
     double length = 0;
-    *captured = clip->motion_count > 0;
+    *captured = clip->motion_count + clip->take_count > 0;
     for (int i = 0; i < clip->curve_count; i++) {
         *captured |= clip->curves[i].kind == CURVE_CAPTURED;
         length = fmax(length, last_time(&clip->curves[i]));
@@ -195,7 +195,7 @@ int scene_read_clip(loader *l, int index)
                            "'duration' must be above 0; leave it out for the longest curve");
     return read_events(l, from, to) || read_curves(l, from, index) ||
                    scene_read_motions(l, index) || scene_read_actions(l, index) ||
-                   check_length(l, to)
+                   scene_read_takes(l, index) || check_length(l, to)
                ? -1
                : 0;
 }

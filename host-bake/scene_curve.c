@@ -306,7 +306,7 @@ static int read_axis(loader *l, scene_curve *to)
     return 0;
 }
 
-static int is_csv(const char *file)
+int scene_is_csv(const char *file)
 {
     size_t length = strlen(file);
     return length >= 4 &&
@@ -318,7 +318,7 @@ static int read_place(loader *l, const yaml_curve *from, scene_curve *to)
     static const scene_word parts[] = {
         {"rotation", CAPTURE_ROTATION}, {"translation", CAPTURE_TRANSLATION}, {NULL, 0}};
     const char *file = l->out->sources[to->source].file;
-    if (is_csv(file)) {
+    if (scene_is_csv(file)) {
         if (loader_has(l, "node") || loader_has(l, "axis") || loader_has(l, "component"))
             return loader_fail(l, NULL,
                                "a curve from a CSV file has a 'column', no 'node', 'axis' "

@@ -41,6 +41,14 @@ int loader_numbers(const loader *l, const char *field, int count, const scene_me
                               example);
 }
 
+int loader_place(const loader *l, const char *field, double out[3])
+{
+    int flat = loader_list_count(l, field) == 2;
+    if (flat)
+        out[2] = 0;
+    return loader_numbers(l, field, flat ? 2 : 3, &scene_way, out);
+}
+
 int loader_scalar(const loader *l, const char *field, const char **text)
 {
     int node = scene_tree_find(l->tree, l->node, field);

@@ -61,10 +61,36 @@ static void free_clip(scene_clip *clip)
     for (int i = 0; i < clip->action_count; i++)
         free_action(&clip->actions[i]);
     free(clip->actions);
+    free(clip->takes);
     free(clip->motions);
     free(clip->curves);
     free(clip->events);
     free(clip->name);
+}
+
+static void free_rig(scene_rig *rig)
+{
+    for (int i = 0; i < rig->bone_count; i++) {
+        scene_bone *b = &rig->bones[i];
+        for (int j = 0; j < b->joint_count; j++)
+            free(b->joints[j].follow);
+        if (b->region != NULL)
+            free(b->region->vertex);
+        free(b->region);
+        free(b->joints);
+        free(b->name);
+        free(b->node);
+    }
+    for (int i = 0; i < rig->brush_count; i++)
+        free(rig->brushes[i].region.vertex);
+    free(rig->bones);
+    free(rig->facets);
+    free(rig->brushes);
+    free(rig->fields);
+    free(rig->filter_x);
+    free(rig->filter_y);
+    free(rig->file);
+    free(rig->name);
 }
 
 static void free_mesh(scene_mesh *mesh)
@@ -105,6 +131,9 @@ void scene_free(scene *s)
         free(s->views[i].name);
     for (int i = 0; i < s->body_count; i++)
         free_body(&s->bodies[i]);
+    for (int i = 0; i < s->rig_count; i++)
+        free_rig(&s->rigs[i]);
+    free(s->rigs);
     free(s->bodies);
     free(s->meshes);
     free(s->views);

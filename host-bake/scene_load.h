@@ -15,6 +15,8 @@ typedef struct {
     bake_error *error;
     int node;                     /* the mapping being read: messages point at its fields */
     int body, pose, clip, action; /* what is being read: indices into what the file lists */
+    int rig;
+    int flat; /* 1: a place may be written without its z */
 } loader;
 
 /* A kind of number: what to ask for, the units people may write after it, and its limits. */
@@ -81,6 +83,8 @@ int loader_known(const loader *l, const char *const *keys);
 /* A list of exactly so many numbers. Leaves *out alone when the field is absent. */
 int loader_numbers(const loader *l, const char *field, int count, const scene_measure *measure,
                    double *out);
+/* A place in scene units: [x, y, z], or [x, y] with z = 0. */
+int loader_place(const loader *l, const char *field, double out[3]);
 /* x, y, z or three numbers, made a unit vector; needed. */
 int loader_direction(const loader *l, const char *field, const char *example, double out[3]);
 /* Goes to each mapping of the list `field` in turn; what is no list of mappings fails with `example`. */
@@ -112,6 +116,7 @@ int scene_read_servo(loader *l, int index);
 int scene_read_mesh(loader *l, int index);
 int scene_read_view(loader *l, int index);
 int scene_read_body(loader *l, int index);
+int scene_read_rig(loader *l, int index);
 int scene_read_target(loader *l);
 
 /* What looks at the meshes of a scene without views. */
@@ -125,6 +130,9 @@ int scene_read_region(loader *l, int index);
 int scene_read_pose(loader *l, int index);
 int scene_read_link(loader *l, int index);
 int scene_read_material(loader *l);
+/* All of a region but its name, from the mapping the loader is at. */
+int scene_read_region_form(loader *l, const yaml_region *from, const char *example,
+                           scene_region *to);
 int scene_read_chain(loader *l);
 
 /* `region: tip` of the current mapping; the word `everything` is -1 where `all` allows it. */
@@ -146,6 +154,23 @@ int scene_read_velocity(loader *l, scene_body_key *key);
 int scene_read_action_ends(loader *l, int periodic, scene_action *a);
 /* Periodic ones against the length of their clip. */
 int scene_check_actions(const loader *l, const scene_clip *clip, double length);
+
+/* Parts of the rig `l->rig` that the loader is at: a bone, the joints of one, and what its joints
+ * follow, once all bones are there. */
+int scene_read_bone(loader *l, int index);
+int scene_read_joints(loader *l, scene_bone *bone);
+int scene_read_follows(loader *l, int index);
+
+/* Captured motion of rigs in the clip the loader is at; and whether clips move what rigs do. */
+int scene_read_takes(loader *l, int clip);
+int scene_check_takes(const loader *l);
+/* Whether filters are for what fields make after them. */
+int scene_check_fields(const loader *l);
+/* Whether a clip moves the rig's roots. */
+int scene_rig_travels(const loader *l, int rig);
+
+/* A source with columns instead of joints. */
+int scene_is_csv(const char *file);
 
 /* One curve of the clip the loader is at; `clip` and `index` say which. */
 int scene_read_curve(loader *l, int clip, int index);

@@ -113,6 +113,36 @@ static int read_looks(const loader *l, const yaml_mesh *from, scene_mesh *to)
     return 0;
 }
 
+static int ends_with(const char *file, const char *ending)
+{
+    size_t length = strlen(file), size = strlen(ending);
+    for (size_t i = 0; length >= size && i < size; i++) {
+        char c = file[length - size + i];
+        if ((c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c) != ending[i])
+            return 0;
+    }
+    return length >= size;
+}
+
+/* Of flat shapes: a picture or a drawing. */
+static int read_flat(const loader *l, const yaml_mesh *from, scene_mesh *to)
+{
+    static const int texels[2] = {1, (int)WG_TEXELS_MAX};
+    int picture = to->file != NULL && ends_with(to->file, ".png");
+    int drawing = to->file != NULL && ends_with(to->file, ".svg");
+    if (from->cell != NULL && !picture && !drawing)
+        return loader_fail(l, "cell",
+                           "'cell' is of a flat shape, whose file is a .png or .svg; remove it, or "
+                           "give it to the mesh's rig or body");
+    if (from->texels != NULL && !picture)
+        return loader_fail(l, "texels",
+                           "'texels' is of a picture, a .png; remove it from this mesh");
+    return loader_number(l, "cell", from->cell, &scene_length, &to->cell) ||
+                   loader_integer(l, "texels", from->texels, texels, &to->texels)
+               ? -1
+               : 0;
+}
+
 /* The links of a chain make a mesh: it has no file, and nothing that a file's mesh is asked for. */
 static int read_file(const loader *l, const yaml_mesh *from, scene_mesh *to)
 {
@@ -156,7 +186,8 @@ int scene_read_mesh(loader *l, int index)
         return loader_fail(l, "name",
                            "the mesh '%s' and the channel '%s' become the same C macro; change one",
                            to->name, s->channels[same].name);
-    if (read_file(l, from, to) || read_coding(l, from, to) || read_looks(l, from, to))
+    if (read_file(l, from, to) || read_coding(l, from, to) || read_looks(l, from, to) ||
+        read_flat(l, from, to))
         return -1;
     return read_shapes(l, from, to);
 }
@@ -200,6 +231,10 @@ static int read_motion(loader *l, const yaml_motion *from, scene_clip *clip, int
         return loader_fail(l, "mesh",
                            "the mesh '%s' is moved by the body '%s'; it cannot have frames too",
                            mesh->name, s->bodies[scene_body_of_mesh(s, to->mesh)].name);
+    if (scene_rig_of_mesh(s, to->mesh) >= 0)
+        return loader_fail(l, "mesh",
+                           "the mesh '%s' follows the rig '%s'; it cannot have frames too",
+                           mesh->name, s->rigs[scene_rig_of_mesh(s, to->mesh)].name);
     for (int i = 0; i < index; i++)
         if (clip->motions[i].mesh == to->mesh)
             return loader_fail(l, "mesh", "the clip '%s' shows the mesh '%s' already, in line %d",

@@ -1,4 +1,4 @@
-/* Regions of a body, what of them is held, and how far they are moved.
+/* Regions of bodies and rigs, what of them is held, and how far they are moved.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "scene_load.h"
 
@@ -50,10 +50,13 @@ static int read_box(loader *l, scene_region *to)
     int node = scene_tree_find(l->tree, l->node, "box");
     const scene_node *list = &l->tree->nodes[node];
     int good = list->kind == NODE_SEQUENCE && list->child_count == 2;
+    to->box[0][2] = -HUGE_VAL;
+    to->box[1][2] = HUGE_VAL;
     for (int i = 0, corner = good ? list->child : -1; good && i < 2; i++) {
         const scene_node *at = &l->tree->nodes[corner];
-        good = at->kind == NODE_SEQUENCE && at->child_count == 3;
-        for (int k = 0, child = good ? at->child : -1; good && k < 3; k++) {
+        good = at->kind == NODE_SEQUENCE &&
+               (at->child_count == 3 || (at->child_count == 2 && l->flat));
+        for (int k = 0, child = good ? at->child : -1; good && k < at->child_count; k++) {
             const scene_node *entry = &l->tree->nodes[child];
             good = entry->kind == NODE_SCALAR;
             if (good && loader_number(l, "box", entry->value, &scene_way, &to->box[i][k]))
@@ -120,7 +123,8 @@ static int read_ball(loader *l, const yaml_ball *from, scene_region *to)
     l->node = scene_tree_find(l->tree, outer, "ball");
     if (from->centre == NULL)
         return loader_fail(l, NULL, "'centre' is missing; write for example:  %s", example);
-    if (loader_numbers(l, "centre", 3, &scene_way, to->centre) ||
+    if ((l->flat ? loader_place(l, "centre", to->centre)
+                 : loader_numbers(l, "centre", 3, &scene_way, to->centre)) ||
         loader_need(l, "radius", from->radius, example) ||
         loader_number(l, "radius", from->radius, &radius, &to->radius))
         return -1;
@@ -150,16 +154,10 @@ static int read_vertices(loader *l, const yaml_region *from, scene_region *to)
     return 0;
 }
 
-int scene_read_region(loader *l, int index)
+int scene_read_region_form(loader *l, const yaml_region *from, const char *example,
+                           scene_region *to)
 {
-    const yaml_body *y = &l->yaml->bodies[l->body];
-    const yaml_region *from = &y->regions[index];
-    scene_region *to = &current(l)->regions[index];
     to->line = scene_tree_line(l->tree, l->node, NULL);
-    if (loader_name(l, SCENE_NAMES(y->regions, y->regions_count), index, region_example, &to->name))
-        return -1;
-    if (strcmp(to->name, "everything") == 0)
-        return loader_fail(l, "name", "'everything' is all of a body already; choose another name");
     int half = from->above != NULL || from->below != NULL, box = loader_has(l, "box");
     int kinds = half + box + (from->ball != NULL) + loader_has(l, "vertices");
     if (kinds != 1)
@@ -167,7 +165,7 @@ int scene_read_region(loader *l, int index)
             l, NULL,
             "a region is one of 'box', 'ball', 'vertices', or 'above' and 'below'%s; "
             "write for example:  %s",
-            kinds > 1 ? ", not several" : "", region_example);
+            kinds > 1 ? ", not several" : "", example);
     to->kind = from->ball != NULL          ? REGION_BALL
                : loader_has(l, "vertices") ? REGION_VERTICES
                                            : REGION_BOX;
@@ -175,6 +173,18 @@ int scene_read_region(loader *l, int index)
            : box                     ? read_box(l, to)
            : to->kind == REGION_BALL ? read_ball(l, from->ball, to)
                                      : read_vertices(l, from, to);
+}
+
+int scene_read_region(loader *l, int index)
+{
+    const yaml_body *y = &l->yaml->bodies[l->body];
+    scene_region *to = &current(l)->regions[index];
+    to->line = scene_tree_line(l->tree, l->node, NULL);
+    if (loader_name(l, SCENE_NAMES(y->regions, y->regions_count), index, region_example, &to->name))
+        return -1;
+    if (strcmp(to->name, "everything") == 0)
+        return loader_fail(l, "name", "'everything' is all of a body already; choose another name");
+    return scene_read_region_form(l, &y->regions[index], region_example, to);
 }
 
 int scene_read_fixed(loader *l, char *const *text, unsigned count, int **out)

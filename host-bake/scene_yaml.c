@@ -172,6 +172,63 @@ static const cyaml_schema_field_t action_fields[] = {TEXT(yaml_action, body),
                                                      CYAML_FIELD_END};
 static const cyaml_schema_value_t action_entry = ENTRY(yaml_action, action_fields);
 
+static const cyaml_schema_field_t rig_joint_fields[] = {
+    TEXT(yaml_rig_joint, channel), FREE_FORM("turn"),       FREE_FORM("move"),
+    FREE_FORM("stretch"),          FREE_FORM("twist"),      FREE_FORM("twist-start"),
+    FREE_FORM("twist-end"),        FREE_FORM("quaternion"), FREE_FORM("follow"),
+    FREE_FORM("limits"),           CYAML_FIELD_END};
+static const cyaml_schema_value_t rig_joint_entry = ENTRY(yaml_rig_joint, rig_joint_fields);
+
+/* a region of bodies without its name */
+#define PLACE_FIELDS (region_fields + 1)
+static const cyaml_schema_field_t bone_fields[] = {TEXT(yaml_bone, name),
+                                                   TEXT(yaml_bone, parent),
+                                                   FREE_FORM("from"),
+                                                   FREE_FORM("to"),
+                                                   FREE_FORM("at"),
+                                                   FREE_FORM("cage"),
+                                                   PART(yaml_bone, region, PLACE_FIELDS),
+                                                   TEXT(yaml_bone, depth),
+                                                   TEXT(yaml_bone, value),
+                                                   TEXT(yaml_bone, weightless),
+                                                   TEXT(yaml_bone, node),
+                                                   LIST(yaml_bone, joints, rig_joint_entry),
+                                                   CYAML_FIELD_END};
+static const cyaml_schema_value_t bone_entry = ENTRY(yaml_bone, bone_fields);
+
+static const cyaml_schema_field_t brush_fields[] = {PART(yaml_brush, region, PLACE_FIELDS),
+                                                    TEXT(yaml_brush, stiffness), CYAML_FIELD_END};
+static const cyaml_schema_value_t brush_entry = ENTRY(yaml_brush, brush_fields);
+
+static const cyaml_schema_field_t value_field_fields[] = {TEXT(yaml_field, channel),
+                                                          FREE_FORM("at"), CYAML_FIELD_END};
+static const cyaml_schema_value_t value_field_entry = ENTRY(yaml_field, value_field_fields);
+
+static const cyaml_schema_field_t rig_fields[] = {TEXT(yaml_rig, name),
+                                                  TEXT(yaml_rig, mesh),
+                                                  TEXT(yaml_rig, method),
+                                                  TEXT(yaml_rig, ends),
+                                                  TEXT(yaml_rig, weights),
+                                                  TEXT(yaml_rig, influences),
+                                                  TEXT(yaml_rig, tolerance),
+                                                  TEXT(yaml_rig, cell),
+                                                  TEXT(yaml_rig, lift),
+                                                  TEXT(yaml_rig, wrap),
+                                                  TEXT(yaml_rig, file),
+                                                  TEXT(yaml_rig, paint),
+                                                  LIST(yaml_rig, bones, bone_entry),
+                                                  FREE_FORM("cage"),
+                                                  FREE_FORM("filter"),
+                                                  LIST(yaml_rig, brush, brush_entry),
+                                                  LIST(yaml_rig, fields, value_field_entry),
+                                                  CYAML_FIELD_END};
+static const cyaml_schema_value_t rig_entry = ENTRY(yaml_rig, rig_fields);
+
+static const cyaml_schema_field_t take_fields[] = {
+    TEXT(yaml_take, rig),   TEXT(yaml_take, source), TEXT(yaml_take, from), TEXT(yaml_take, to),
+    TEXT(yaml_take, scale), TEXT(yaml_take, travel), CYAML_FIELD_END};
+static const cyaml_schema_value_t take_entry = ENTRY(yaml_take, take_fields);
+
 static const cyaml_schema_field_t clip_fields[] = {TEXT(yaml_clip, name),
                                                    TEXT(yaml_clip, duration),
                                                    TEXT(yaml_clip, end),
@@ -180,6 +237,7 @@ static const cyaml_schema_field_t clip_fields[] = {TEXT(yaml_clip, name),
                                                    LIST(yaml_clip, curves, curve_entry),
                                                    LIST(yaml_clip, meshes, motion_entry),
                                                    LIST(yaml_clip, bodies, action_entry),
+                                                   LIST(yaml_clip, rigs, take_entry),
                                                    CYAML_FIELD_END};
 static const cyaml_schema_value_t clip_entry = ENTRY(yaml_clip, clip_fields);
 
@@ -235,6 +293,8 @@ static const cyaml_schema_field_t mesh_fields[] = {TEXT(yaml_mesh, name),
                                                    TEXT(yaml_mesh, pieces),
                                                    TEXT(yaml_mesh, normals),
                                                    TEXT(yaml_mesh, sides),
+                                                   TEXT(yaml_mesh, cell),
+                                                   TEXT(yaml_mesh, texels),
                                                    LIST(yaml_mesh, colour, text_entry),
                                                    LIST(yaml_mesh, shapes, shape_entry),
                                                    CYAML_FIELD_END};
@@ -271,6 +331,7 @@ static const cyaml_schema_field_t scene_fields[] = {TEXT(yaml_scene, name),
                                                     LIST(yaml_scene, meshes, mesh_entry),
                                                     LIST(yaml_scene, views, view_entry),
                                                     LIST(yaml_scene, bodies, body_entry),
+                                                    LIST(yaml_scene, rigs, rig_entry),
                                                     PART(yaml_scene, target, target_fields),
                                                     CYAML_FIELD_END};
 static const cyaml_schema_value_t scene_schema = {

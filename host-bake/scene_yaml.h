@@ -3,7 +3,8 @@
  * a count of 0 means absent. Fields with free-form values are read from the tree instead:
  * mask.weights, filter.rows, curve.start, curve.end, curve.axis; region.box, slide.normal,
  * output.direction, output.turn, pose.drag, pose.turn, body.material, body_key.velocity, action.start,
- * action.end.
+ * action.end; joint's turn to follow, bone.from, bone.to, bone.at, bone.cage, field.at, rig.cage,
+ * rig.filter.
  * Every struct begins with the text that names it, so that scene_names can walk arrays of them.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BAKE_SCENE_YAML_H
@@ -45,7 +46,7 @@ typedef struct {
 
 typedef struct {
     char *name, *file, *up, *scale, *tolerance, *bases, *bits, *mean, *affine, *every, *pieces;
-    char *normals, *sides;
+    char *normals, *sides, *cell, *texels;
     char **colour;
     unsigned colour_count;
     yaml_shape *shapes;
@@ -132,6 +133,40 @@ typedef struct {
     char *time, *pose, *weight, *velocity_weight, *region;
 } yaml_body_key;
 
+/* what the joint does and its limits are read from the tree */
+typedef struct {
+    char *channel;
+} yaml_rig_joint;
+
+typedef struct {
+    char *name, *parent, *depth, *value, *weightless, *node;
+    yaml_region *region;
+    yaml_rig_joint *joints;
+    unsigned joints_count;
+} yaml_bone;
+
+typedef struct {
+    char *stiffness;
+    yaml_region *region;
+} yaml_brush;
+
+typedef struct {
+    char *channel;
+} yaml_field;
+
+typedef struct {
+    char *name, *mesh, *method, *ends, *weights, *influences, *tolerance, *cell, *lift, *wrap;
+    char *file, *paint;
+    yaml_bone *bones;
+    yaml_brush *brush;
+    yaml_field *fields;
+    unsigned bones_count, brush_count, fields_count;
+} yaml_rig;
+
+typedef struct {
+    char *rig, *source, *from, *to, *scale, *travel;
+} yaml_take;
+
 typedef struct {
     char *body, *dynamics, *about, *stiffness, *periodic, *add;
     char **fixed, **damping, **regularise;
@@ -150,6 +185,8 @@ typedef struct {
     unsigned meshes_count;
     yaml_action *bodies;
     unsigned bodies_count;
+    yaml_take *rigs;
+    unsigned rigs_count;
 } yaml_clip;
 
 typedef struct {
@@ -188,10 +225,11 @@ typedef struct {
     yaml_mesh *meshes;
     yaml_view *views;
     yaml_body *bodies;
+    yaml_rig *rigs;
     yaml_target *target;
     unsigned sources_count, channels_count, clips_count, masks_count;
     unsigned layers_count, filters_count, triggers_count, servos_count;
-    unsigned meshes_count, views_count, bodies_count;
+    unsigned meshes_count, views_count, bodies_count, rigs_count;
 } yaml_scene;
 
 /* Checks the tree's text against the schema and loads it. */

@@ -1,9 +1,8 @@
 /* Shapes, parts and views as bytes.
- * Source: SPEC 4.13-4.17, 6.8.
+ * Source: SPEC 4.13-4.17, 6.8. Paints: paint_pack.c.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
-#include "shape_pack.h"
+#include "paint_pack.h"
 
-#include "shapes.h"
 #include "wiggly_format.h"
 
 #include <math.h>
@@ -152,7 +151,11 @@ static int pack_mesh(const build *b, const shape_mesh *m, packed *out, bake_erro
         return -1;
     }
     for (int i = 0; i < m->mesh.part_count; i++) {
+        int before = out->count[WG_SECTION_PARTS];
         pack_part(m, i, shape, out);
+        if (out->count[WG_SECTION_PARTS] > before) { /* it has triangles */
+            paint_pack(b, m, out);
+        }
     }
     return 0;
 }

@@ -11,7 +11,7 @@ typedef struct {
     int count[WG_SECTION_KNOWN + 1];
 } packed;
 
-/* Appends sections 13 to 17 (SPEC 4.13-4.17) and their data. */
+/* Appends sections 13 to 17 and 23 (SPEC 4.13-4.17, 4.23) and their data. */
 int shapes_pack(const build *b, packed *out, bake_error *error);
 
 #endif

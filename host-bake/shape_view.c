@@ -14,17 +14,20 @@
 /* Distance in picture heights at the target: a field of view of 22 degrees. */
 #define DISTANCE 2.5
 
-/* Frame f; of a mesh without frames its rest pose, then its shapes. */
+/* Frame f; of a mesh with a rig a pose of it; of one without frames its rest pose, then its shapes. */
 static const double *pose(const shape_mesh *m, int f)
 {
-    return m->frame_count > 0 ? m->frame[f]
-           : f == 0           ? m->mesh.rest
-                              : m->mesh.shape + (size_t)(f - 1) * 3 * (size_t)m->mesh.vertex_count;
+    return m->frame_count > 0   ? m->frame[f]
+           : f < m->shown_count ? m->shown + (size_t)f * 3 * (size_t)m->mesh.vertex_count
+           : f == 0             ? m->mesh.rest
+                    : m->mesh.shape + (size_t)(f - 1) * 3 * (size_t)m->mesh.vertex_count;
 }
 
 static int pose_count(const shape_mesh *m)
 {
-    return m->frame_count > 0 ? m->frame_count : 1 + m->mesh.shape_count;
+    return m->frame_count > 0   ? m->frame_count
+           : m->shown_count > 0 ? m->shown_count
+                                : 1 + m->mesh.shape_count;
 }
 
 static void box(const shapes *sh, double centre[3])

@@ -5,6 +5,7 @@
 
 #include "bodies.h"
 #include "certify_shapes.h"
+#include "skins.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -93,6 +94,9 @@ static int load_meshes(const scene *s, int verbose, shapes *out, bake_error *err
 static int load(scene *s, int verbose, shapes *out, bake_error *error)
 {
     memset(out, 0, sizeof *out);
+    if (skins_prepare(s, error) < 0) {
+        return -1;
+    }
     out->channel_first = s->channel_count;
     out->mesh = bake_alloc((size_t)s->mesh_count + 1, sizeof *out->mesh);
     out->bodies = bake_alloc(1, sizeof *out->bodies);
@@ -104,6 +108,9 @@ static int load(scene *s, int verbose, shapes *out, bake_error *error)
     for (int i = 0; i < out->count && err == 0; i++) {
         progress(verbose, &out->mesh[i], s);
         err = check_memory(s, &out->mesh[i], error) < 0 ? -1 : decompose(s, &out->mesh[i], error);
+        if (err == 0) {
+            err = skin_make(s, &out->mesh[i], verbose, error);
+        }
     }
     if (verbose && isatty(2) && s->mesh_count > 0) {
         fprintf(stderr, "\r\033[K");
@@ -135,6 +142,8 @@ void shapes_free(shapes *sh)
         free(sh->mesh[i].piece);
         free(sh->mesh[i].given_basis);
         free(sh->mesh[i].given_weight);
+        free(sh->mesh[i].shown);
+        skin_free(sh->mesh[i].skin);
         mesh_free(&sh->mesh[i].mesh);
     }
     if (sh->bodies) {
@@ -173,7 +182,8 @@ static int try_bake(scene *s, int verbose, shapes *sh, build *b, bake_error *err
         return -1;
     }
     wg_file file;
-    if (wg_open(&file, b->file.at, (uint32_t)b->file.count) < 0 || wg_open_shapes(&file) < 0) {
+    if (wg_open(&file, b->file.at, (uint32_t)b->file.count) < 0 || wg_open_shapes(&file) < 0 ||
+        wg_open_skins(&file) < 0) {
         build_free(b);
         return bake_fail(error, "%s: the player refuses the finished file: the baker has a fault",
                          s->path);

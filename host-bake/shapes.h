@@ -83,6 +83,9 @@ typedef struct {
     double *given_weight; /* given->count x frame_count */
     int has_normals;
     int channel_first, channel_count; /* that this mesh appended to the scene */
+    struct skin *skin;                /* of a mesh with a rig, else NULL */
+    int shown_count;                  /* poses of the rig that views are fitted to ... */
+    double *shown;                    /* ... x vertex_count x 3 */
 } shape_mesh;
 
 typedef struct shapes {

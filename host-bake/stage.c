@@ -5,6 +5,15 @@
 
 #include <math.h>
 
+int stage_open(const wg_file *file, bake_error *error)
+{
+    int code = wg_open_shapes(file);
+    code = code < 0 ? code : wg_open_skins(file);
+    return code < 0 ? bake_fail(error, "the clip's shapes cannot be shown: %s (error %d)",
+                                clip_complaint(code), code)
+                    : 0;
+}
+
 int layers_set(wg_player *player, const char *name, bake_error *error)
 {
     const wg_file *file = player->file;
@@ -43,6 +52,9 @@ int stage_set(stage *g, const wg_file *file, const option *options, bake_error *
 {
     int layers = file->section[WG_SECTION_LAYERS].count;
     g->file = file;
+    if (file->section[WG_SECTION_FIELDS].count > 0 && stage_open(file, error) < 0) {
+        return -1;
+    }
     wg_player_init(&g->player, file, g->layers, (uint8_t)(layers > 0 ? layers : 1));
     wg_servo_init(g->servos, file);
     if (layers_set(&g->player, option_value(options, "--clip"), error) < 0) {
@@ -67,6 +79,7 @@ void stage_step(stage *g, long index)
                 clip_name(g->file, NAME_EVENT, event.id));
     }
     wg_player_sample(&g->player, g->values);
+    wg_fields_set(g->file, g->values);
     wg_servo_step(g->file, g->servos, g->values, g->frame_us);
 }
 
@@ -76,4 +89,5 @@ void stage_peek(const stage *g, uint32_t time_us, int32_t *values)
     copy.player.layers = copy.layers;
     wg_player_update(&copy.player, time_us);
     wg_player_sample(&copy.player, values);
+    wg_fields_set(g->file, values);
 }

@@ -16,6 +16,9 @@ typedef struct {
     long frames;
 } stage;
 
+/* Checks shapes, skins and paints, once: before fields are set and before anything is painted. */
+int stage_open(const wg_file *file, bake_error *error);
+
 /* Layers as baked, or the clip `name` alone on the first layer; NULL: as baked. A file without
  * layers plays its first clip. */
 int layers_set(wg_player *player, const char *name, bake_error *error);

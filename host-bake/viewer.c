@@ -234,6 +234,7 @@ static void add_degrees(viewer *v, int what, double degrees)
 static void sample(viewer *v)
 {
     wg_player_sample(&v->player, v->values);
+    wg_fields_set(v->file, v->values);
     if (view_count(v->file) > 0) {
         int32_t *size = view_value(v, WG_VIEW_SIZE);
         add_degrees(v, WG_VIEW_YAW, v->yaw);
@@ -266,6 +267,7 @@ static void measure(viewer *v)
         for (int i = 0; i <= count; i++) {
             int32_t values[WG_CHANNELS_MAX];
             wg_clip_sample(v->file, (uint8_t)clip, (uint32_t)(us * i / count), values, NULL);
+            wg_fields_set(v->file, values);
             for (int c = 0; c < channels; c++) {
                 v->least[c] = values[c] < v->least[c] ? values[c] : v->least[c];
                 v->most[c] = values[c] > v->most[c] ? values[c] : v->most[c];
@@ -282,6 +284,9 @@ int viewer_init(viewer *v, const wg_file *file, const char *clip, bake_error *er
     v->name = "";
     v->look = PAINTER_LOOK;
     v->zoom = 1;
+    if (stage_open(file, error) < 0) {
+        return -1;
+    }
     wg_player_init(&v->player, file, v->layers, (uint8_t)(layers > 0 ? layers : 1));
     if (layers_set(&v->player, clip, error) < 0) {
         return -1;

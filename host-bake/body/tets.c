@@ -47,10 +47,9 @@
 
 typedef struct {
     const surface *s;
-    double cell;
+    tets_wish wish;
     const surface_origin *origin;
     body *out;
-    double volume; /* inside the surface */
     char hint[100];
     const surface *halved;
     int many; /* tetrahedra, where they are too many */
@@ -119,12 +118,12 @@ static int check_volumes(const job *j, const body *b, bake_error *error)
             return fail_filled(j, "a flat tetrahedron", p[0], error);
         sum += det / 6.0;
     }
-    if (fabs(sum - j->volume) <= VOLUME_TOLERANCE * j->volume)
+    if (fabs(sum - j->wish.volume) <= VOLUME_TOLERANCE * j->wish.volume)
         return 0;
     return bake_fail(error,
                      "%s:%d: mesh %s was filled badly: its volume is %g, that of its tetrahedra "
                      "%g; change 'cell' a little, or simplify the mesh",
-                     j->origin->scene, j->origin->line, j->origin->name, j->volume, sum);
+                     j->origin->scene, j->origin->line, j->origin->name, j->wish.volume, sum);
 }
 
 /* The first vertices are the surface's, to the bit, and each is a corner of something. */
@@ -159,7 +158,7 @@ static int check_body(const job *j, const body *b, bake_error *error)
 
 /* The mean of the surface's edges; each belongs to two triangles, so that it does not matter that
  * all are counted twice. */
-static double mean_edge(const surface *s)
+double tets_mean_edge(const surface *s)
 {
     double sum = 0.0;
     for (int i = 0; i < s->triangle_count; i++)
@@ -176,18 +175,19 @@ static double volume_of(double cell)
     return cell * cell * cell / (6.0 * sqrt(2.0));
 }
 
-static double usual_cell(const job *j)
+double tets_cell(double volume, int count)
 {
-    return fmax(mean_edge(j->s), cbrt(TETS_EACH * j->volume / volume_of(1.0) / TETS_USUAL));
+    return cbrt(TETS_EACH * volume / volume_of(1.0) / count);
 }
 
 static int fail_many(const job *j, double tets, bake_error *error)
 {
-    return bake_fail(error,
-                     "%s:%d: mesh %s takes about %.2g tetrahedra with a cell of %.3g, and %d are "
-                     "the most; give it a 'cell' of %.3g or more",
-                     j->origin->scene, j->origin->line, j->origin->name, tets, j->cell, TETS_MAX,
-                     j->cell * cbrt(1.2 * tets / TETS_MAX));
+    bake_fail(error,
+              "%s:%d: mesh %s takes about %.2g tetrahedra with a cell of %.3g, and %d are "
+              "the most; give it a 'cell' of %.3g or more",
+              j->origin->scene, j->origin->line, j->origin->name, tets, j->wish.cell, TETS_MAX,
+              j->wish.cell * cbrt(1.2 * tets / TETS_MAX));
+    return TETS_MANY;
 }
 
 /* What TetGen stumbles over is not known; thin triangles are likely. */
@@ -261,7 +261,8 @@ static int fill_here(void *what, isolate_note *now, bake_error *error)
     job *j = what;
     const surface *s = j->halved;
     const bridge_surface b = {s->vertex_count, s->triangle_count, s->at, s->triangle};
-    const bridge_fill settings = {volume_of(j->cell), RATIO, TOLERANCE, ADDED_MAX};
+    const bridge_fill settings = {volume_of(j->wish.cell), RATIO,        TOLERANCE, ADDED_MAX,
+                                  j->wish.point_count,     j->wish.point};
     bridge_message message = {""};
     bridge_tets t;
     isolate_now(now, j->origin->line, j->origin->name);
@@ -289,12 +290,12 @@ static int check_here(void *what, isolate_note *now, bake_error *error)
 {
     job *j = what;
     isolate_now(now, j->origin->line, j->origin->name);
-    return tets_check(j->s, j->origin, &j->volume, error);
+    return tets_check(j->s, j->origin, &j->wish.volume, error);
 }
 
 static void send_volume(const void *what, FILE *to)
 {
-    fwrite(&((const job *)what)->volume, sizeof(double), 1, to);
+    fwrite(&((const job *)what)->wish.volume, sizeof(double), 1, to);
 }
 
 /* ---- in the baker ----------------------------------------------------------------------------- */
@@ -302,7 +303,8 @@ static void send_volume(const void *what, FILE *to)
 static int take_volume(void *what, FILE *from)
 {
     job *j = what;
-    return fread(&j->volume, sizeof j->volume, 1, from) == 1 && j->volume > 0.0 ? 0 : -1;
+    return fread(&j->wish.volume, sizeof j->wish.volume, 1, from) == 1 && j->wish.volume > 0.0 ? 0
+                                                                                               : -1;
 }
 
 static int take_body(void *what, FILE *from)
@@ -328,8 +330,10 @@ static int take_body(void *what, FILE *from)
     return -1;
 }
 
-static int check(job *j, bake_error *error)
+int tets_check_apart(const surface *s, const surface_origin *origin, double *volume,
+                     bake_error *error)
 {
+    job j = {.s = s, .origin = origin};
     const isolate_words words = {
         .before = "mesh ",
         .after = "",
@@ -340,8 +344,10 @@ static int check(job *j, bake_error *error)
         .large_try = "give it fewer triangles, or let fewer of them cross",
         .stopped_try = "simplify it, or make it anew with a remesher",
     };
-    const isolate_job checked = {j->origin->scene, j, check_here, send_volume, take_volume};
-    return isolate_as(&checked, &words, error);
+    const isolate_job checked = {origin->scene, &j, check_here, send_volume, take_volume};
+    int err = isolate_as(&checked, &words, error);
+    *volume = j.wish.volume;
+    return err;
 }
 
 static int fill_halved(job *j, bake_error *error)
@@ -362,9 +368,9 @@ static int fill_halved(job *j, bake_error *error)
 
 static int fill(job *j, bake_error *error)
 {
-    double inside = TETS_EACH * j->volume / volume_of(j->cell);
+    double inside = TETS_EACH * j->wish.volume / volume_of(j->wish.cell);
     tets_triangles halved;
-    if (inside > TETS_MAX || tets_split(j->s, LONGEST * j->cell, TETS_MAX, &halved))
+    if (inside > TETS_MAX || tets_split(j->s, LONGEST * j->wish.cell, TETS_MAX, &halved))
         return fail_many(j, fmax(TETS_MAX, inside), error);
     const surface split = tets_look(&halved);
     j->halved = &split;
@@ -373,14 +379,23 @@ static int fill(job *j, bake_error *error)
     return j->many > TETS_MAX ? fail_many(j, j->many, error) : err;
 }
 
+int tets_fill(const surface *s, const tets_wish *wish, const surface_origin *origin, body *out,
+              bake_error *error)
+{
+    job j = {.s = s, .wish = *wish, .origin = origin, .out = out};
+    *out = (body){.kind = BODY_SOLID};
+    give_hint(&j);
+    return fill(&j, error);
+}
+
 int tets_make(const surface *s, double cell, const surface_origin *origin, body *out,
               bake_error *error)
 {
-    job j = {.s = s, .origin = origin, .out = out};
+    tets_wish wish = {.cell = cell};
     *out = (body){.kind = BODY_SOLID};
-    if (check(&j, error))
+    if (tets_check_apart(s, origin, &wish.volume, error))
         return -1;
-    j.cell = cell > 0.0 ? cell : usual_cell(&j);
-    give_hint(&j);
-    return fill(&j, error);
+    if (!(cell > 0.0))
+        wish.cell = fmax(tets_mean_edge(s), tets_cell(wish.volume, TETS_USUAL));
+    return tets_fill(s, &wish, origin, out, error) ? -1 : 0;
 }

@@ -123,8 +123,7 @@ static double distance_of(const double *const at[3], const double *weight, const
     return vector_dot(to, to);
 }
 
-/* Weights, 0 to 1, of the triangle's point that is nearest to p; the square of its distance. */
-static double weigh_triangle(const double *const at[3], const double *p, double *weight)
+double tets_weigh_triangle(const double *const at[3], const double *p, double *weight)
 {
     double u[3], v[3], to[3], best = HUGE_VAL;
     for (int k = 0; k < 3; k++) {
@@ -184,7 +183,7 @@ static double try_face(void *what, int face)
     const int *corner = b->kind == BODY_SHELL ? b->element[t->element] : t->corner;
     const double *const at[3] = {place(b, corner[0]), place(b, corner[1]), place(b, corner[2])};
     double weight[4] = {0.0, 0.0, 0.0, 0.0}, spread = 1.0;
-    double distance = weigh_triangle(at, s->p, weight);
+    double distance = tets_weigh_triangle(at, s->p, weight);
     if (s->element >= 0 && distance > s->value * (1.0 + ROUNDING))
         return s->value;
     if (b->kind == BODY_SOLID) {

@@ -9,6 +9,29 @@
  * do. */
 int tets_check(const surface *s, const surface_origin *origin, double *volume, bake_error *error);
 
+/* The same in a process of its own. */
+int tets_check_apart(const surface *s, const surface_origin *origin, double *volume,
+                     bake_error *error);
+
+/* What is asked of a filling. */
+typedef struct {
+    double cell, volume; /* volume: what tets_check found */
+    int point_count;     /* inside the surface, apart from it and from each other: */
+    const double *point; /* point_count x 3: vertices too, bit by bit */
+} tets_wish;
+
+/* tets_make() for a surface that has been checked, with a cell. TETS_MANY: an error too, which
+ * another cell helps against, but no other surface. */
+enum { TETS_MANY = -2 };
+int tets_fill(const surface *s, const tets_wish *wish, const surface_origin *origin, body *out,
+              bake_error *error);
+
+/* The cell with which a volume takes about so many tetrahedra. */
+double tets_cell(double volume, int count);
+
+/* The mean of the edges of a surface. */
+double tets_mean_edge(const surface *s);
+
 /* An edge of one triangle of a surface. */
 typedef struct {
     int a, b;      /* a < b */
@@ -35,6 +58,9 @@ typedef struct {
 int tets_split(const surface *s, double longest, int triangles_max, tets_triangles *out);
 surface tets_look(const tets_triangles *t);
 void tets_triangles_free(tets_triangles *t);
+
+/* Weights, 0 to 1, of the triangle's point that is nearest to p; the square of its distance. */
+double tets_weigh_triangle(const double *const at[3], const double *p, double *weight);
 
 /* Six times the volume of the tetrahedron a b c d. */
 double tets_det(const double *a, const double *b, const double *c, const double *d);

@@ -6,6 +6,7 @@
 #define TETLIBRARY
 #include <tetgen.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -15,13 +16,15 @@
 namespace
 {
 /* tetgenio's own destructor releases these with delete[]. */
-void give(const bridge_surface *s, tetgenio *in)
+void give(const bridge_surface *s, const bridge_fill *fill, tetgenio *in)
 {
     const std::size_t values = 3 * static_cast<std::size_t>(s->vertex_count);
+    const std::size_t inner = 3 * static_cast<std::size_t>(fill->point_count);
     in->firstnumber = 0;
-    in->numberofpoints = s->vertex_count;
-    in->pointlist = new REAL[values];
-    std::memcpy(in->pointlist, s->at, values * sizeof(REAL));
+    in->numberofpoints = s->vertex_count + fill->point_count;
+    in->pointlist = new REAL[values + inner];
+    std::copy(s->at, s->at + values, in->pointlist);
+    std::copy(fill->point, fill->point + inner, in->pointlist + values);
     in->numberoffacets = s->triangle_count;
     in->facetlist = new tetgenio::facet[static_cast<std::size_t>(s->triangle_count)];
     for (int i = 0; i < s->triangle_count; i++) {
@@ -55,14 +58,18 @@ tetgenbehavior switches(const bridge_fill *fill)
     return b;
 }
 
-void take(const bridge_surface *s, const tetgenio &from, bridge_tets *out)
+void take(const bridge_surface *s, const bridge_fill *fill, const tetgenio &from, bridge_tets *out)
 {
     const std::size_t points = static_cast<std::size_t>(from.numberofpoints);
     const std::size_t tets = static_cast<std::size_t>(from.numberoftetrahedra);
-    const std::size_t kept = 3 * static_cast<std::size_t>(s->vertex_count) * sizeof(double);
-    if (from.numberofpoints < s->vertex_count || from.numberofcorners != 4 ||
-        std::memcmp(from.pointlist, s->at, kept) != 0) {
-        throw std::runtime_error("TetGen has not kept the surface's vertices");
+    const std::size_t kept = 3 * static_cast<std::size_t>(s->vertex_count);
+    const std::size_t inner = 3 * static_cast<std::size_t>(fill->point_count);
+    if (from.numberofcorners != 4 || 3 * points < kept + inner ||
+        !std::equal(s->at, s->at + kept, from.pointlist)) {
+        throw std::runtime_error("it has not kept the surface's vertices");
+    }
+    if (!std::equal(fill->point, fill->point + inner, from.pointlist + kept)) {
+        throw std::runtime_error("it has not kept the points inside");
     }
     out->at = static_cast<double *>(std::malloc(3 * points * sizeof *out->at));
     out->tet = static_cast<int(*)[4]>(std::malloc((tets + 1) * sizeof *out->tet));
@@ -109,9 +116,9 @@ int bridge_tetgen(const bridge_surface *s, const bridge_fill *fill, bridge_tets 
     try {
         tetgenio in, filled;
         tetgenbehavior b = switches(fill);
-        give(s, &in);
+        give(s, fill, &in);
         tetrahedralize(&b, &in, &filled);
-        take(s, filled, out);
+        take(s, fill, filled, out);
         return 0;
     } catch (int code) {
         std::snprintf(message->text, sizeof message->text, "%s", meaning(code));

@@ -1,0 +1,215 @@
+/* Rigs of a scene: what comes before meshes, and one skin after the other.
+ * Source: Jacobson 2013, 4.3.4.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "skin_parts.h"
+
+#include "rig_file.h"
+#include "rig_take.h"
+#include "scene_names.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+int skin_fail(const skin_work *w, int line, bake_error *error, const char *format, ...)
+{
+    char text[sizeof error->text];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(text, sizeof text, format, list);
+    va_end(list);
+    return bake_fail(error, "%s:%d: rig %s: %.900s", w->s->path, line, w->rig->name, text);
+}
+
+/* ---- joints ----------------------------------------------------------------------------------- */
+
+/* Room for a joint at its place among the bone's. */
+static scene_joint *insert_joint(scene_bone *b, int at)
+{
+    b->joints = bake_grow(b->joints, (size_t)b->joint_count + 1, sizeof *b->joints);
+    memmove(b->joints + at + 1, b->joints + at,
+            (size_t)(b->joint_count++ - at) * sizeof *b->joints);
+    b->joints[at] = (scene_joint){0};
+    return &b->joints[at];
+}
+
+static void insert_move(scene_bone *b, int channel, int axis)
+{
+    scene_joint *j = insert_joint(b, 0);
+    j->kind = (int)WG_JOINT_MOVE;
+    j->channel = channel;
+    j->axis[axis] = 1;
+}
+
+/* A depth is a move along z by a channel that nothing moves: relative to the parent, which takes its
+ * children with it. */
+static void add_depth(scene *s, const scene_rig *rig, int bone)
+{
+    scene_bone *b = &rig->bones[bone];
+    double depth = b->depth;
+    if (depth != 0) {
+        insert_move(b, scene_add_channel(s, rig->name, b->name, "depth", depth), 2);
+    }
+}
+
+static void prepare_bone(scene *s, const scene_rig *rig, int bone)
+{
+    scene_bone *b = &rig->bones[bone];
+    for (int k = 2; k >= 0 && b->travels >= 0; k--) {
+        insert_move(b, b->travels + k, k);
+    }
+    add_depth(s, rig, bone);
+    if (b->captured >= 0) {
+        scene_joint *j = insert_joint(b, b->joint_count);
+        j->kind = (int)WG_JOINT_QUATERNION;
+        j->channel = b->captured;
+    }
+    b->travels = b->captured = -1;
+    b->depth = 0;
+}
+
+int skins_prepare(scene *s, bake_error *error)
+{
+    for (int i = 0; i < s->rig_count; i++) {
+        if (s->rigs[i].file && rig_file_bones(s, i, error) < 0) {
+            return -1;
+        }
+    }
+    if (rig_takes(s, error) < 0) {
+        return -1;
+    }
+    for (int i = 0; i < s->rig_count; i++) {
+        for (int k = 0; k < s->rigs[i].bone_count; k++) {
+            prepare_bone(s, &s->rigs[i], k);
+        }
+    }
+    return 0;
+}
+
+/* ---- one skin --------------------------------------------------------------------------------- */
+
+static void work_free(skin_work *w)
+{
+    for (int i = 0; i < w->h.count; i++) {
+        free(w->vertices[i]);
+    }
+    free(w->vertices);
+    free(w->handle);
+    free(w->bone);
+    free(w->facet);
+    domain_free(&w->d);
+    held_free(&w->held);
+    free(w->at);
+    free(w->w);
+    free(w->e);
+}
+
+static int from_file(skin_work *w, bake_error *error)
+{
+    size_t size = (size_t)w->out->vertex_count * (size_t)w->rig->bone_count;
+    w->out->weight = bake_alloc(size, sizeof *w->out->weight);
+    return rig_file_weights(w->s, w->out->rig, &w->m->mesh, w->out->weight, error);
+}
+
+static int solve(skin_work *w, bake_error *error)
+{
+    if (skin_domain(w, error) < 0 || skin_weights(w, error) < 0) {
+        return -1;
+    }
+    w->out->dimension = w->d.dimension;
+    w->out->domain_vertices = w->d.vertex_count;
+    w->out->domain_elements = w->d.element_count;
+    w->out->wrapped = w->d.wrapped;
+    return 0;
+}
+
+/* A region turns about the middle of its vertices unless the scene says where. */
+static int place_region(const scene *s, const scene_rig *rig, scene_bone *b, const mesh *m,
+                        bake_error *error)
+{
+    double box[2][3];
+    int count = 0;
+    for (int i = 0; i < m->vertex_count; i++) {
+        const double *x = m->rest + 3 * i;
+        int in = b->region->kind != REGION_VERTICES && skin_inside(b->region, x);
+        for (int v = 0; v < b->region->vertex_count; v++) {
+            in |= b->region->vertex[v] == i;
+        }
+        for (int k = 0; k < 3 && in; k++) {
+            box[0][k] = count > 0 ? fmin(box[0][k], x[k]) : x[k];
+            box[1][k] = count > 0 ? fmax(box[1][k], x[k]) : x[k];
+        }
+        count += in;
+    }
+    if (count == 0) {
+        return bake_fail(error,
+                         "%s:%d: rig %s: the region of '%s' holds no vertex of the mesh: make it "
+                         "larger, or move it",
+                         s->path, b->line, rig->name, b->name);
+    }
+    for (int k = 0; k < 3; k++) {
+        b->from[k] = b->to[k] = (box[0][k] + box[1][k]) / 2;
+    }
+    return 0;
+}
+
+static int place_regions(const scene *s, const scene_rig *rig, const mesh *m, bake_error *error)
+{
+    for (int i = 0; i < rig->bone_count; i++) {
+        scene_bone *b = &rig->bones[i];
+        if (b->region && b->region->kind == REGION_VERTICES && m->shape_count > 0) {
+            return bake_fail(error,
+                             "%s:%d: rig %s: '%s' names vertices, which `shapes` of the mesh have "
+                             "sorted anew: give its region as a box or a ball",
+                             s->path, b->line, rig->name, b->name);
+        }
+        if (b->region && isnan(b->from[0]) && place_region(s, rig, b, m, error) < 0) {
+            return -1;
+        }
+        if (b->parent >= 0 && isnan(b->along)) {
+            b->along = scene_bone_along(&rig->bones[b->parent], b->from);
+        }
+    }
+    return 0;
+}
+
+int skin_make(scene *s, shape_mesh *m, int verbose, bake_error *error)
+{
+    int rig = scene_rig_of_mesh(s, m->index);
+    if (rig < 0) {
+        return 0;
+    }
+    if (place_regions(s, &s->rigs[rig], &m->mesh, error) < 0) {
+        return -1;
+    }
+    m->skin = bake_alloc(1, sizeof *m->skin);
+    *m->skin = (skin){
+        .rig = rig, .vertex_count = m->mesh.vertex_count, .bone_count = s->rigs[rig].bone_count};
+    skin_work w = {.s = s, .rig = &s->rigs[rig], .m = m, .out = m->skin};
+    if (verbose && isatty(2)) {
+        fprintf(stderr, "\rrig %s: weights\033[K", w.rig->name);
+    }
+    m->skin->tolerance = w.rig->tolerance > 0 ? w.rig->tolerance : 0.9 * m->tolerance;
+    int err = w.rig->weights == WEIGHTS_FILE ? from_file(&w, error) : solve(&w, error);
+    if (err == 0) {
+        err = skin_prune(&w, error);
+    }
+    work_free(&w);
+    return err;
+}
+
+void skin_free(skin *k)
+{
+    if (k) {
+        free(k->weight);
+        free(k->end);
+        free(k->stored);
+        free(k->field);
+        free(k->handle);
+        free(k->poses.value);
+    }
+    free(k);
+}
