@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""The meshes of the examples of bodies, as OBJ: a closed box, a sheet of triangles, a bug, and a cactus and a
-dinosaur from CGAL's data in Debian's libcgal-dev. That package's copyright file says that what has
-no notice of its own, as these files, is under the Creative Commons CC0 1.0 licence.
+"""The meshes of the examples of bodies and rigs, as OBJ: closed boxes, tubes, a sheet of triangles, a bug, and a
+cactus, a dinosaur and a man from CGAL's data in Debian's libcgal-dev. That package's copyright file says that what
+has no notice of its own, as these files, is under the Creative Commons CC0 1.0 licence.
 
     make_shapes.py            writes block/block.obj, cloth/cloth.obj... beside itself
 SPDX-License-Identifier: MIT
 """
 import heapq
+import math
 import os
 import tarfile
 
@@ -50,6 +51,36 @@ def box(size, cells):
                     even = (i + j) % 2 == 0
                     triangles += [(a, b, c), (a, c, d)] if even else [(a, b, d), (b, c, d)]
     return vertices, triangles
+
+
+def turned(profile, around):
+    """Surface of a body that is round about the y axis: a ring of `around` vertices for each (radius, y) of the
+    profile, from below, closed by a vertex where it begins and one where it ends."""
+    vertices, triangles = [(0, profile[0][1], 0)], []
+    for radius, y in profile[1:-1]:
+        turns = [2 * math.pi * i / around for i in range(around)]
+        vertices += [(radius * math.cos(t), y, radius * math.sin(t)) for t in turns]
+    last = len(vertices)
+    vertices.append((0, profile[-1][1], 0))
+    for i in range(around):
+        j = (i + 1) % around
+        triangles += [(0, 1 + i, 1 + j), (last, last - around + j, last - around + i)]
+        for a in range(1, last - around, around):
+            b = a + around
+            triangles += [(a + i, b + i, b + j), (a + i, b + j, a + j)]
+    return vertices, triangles
+
+
+def cigar(radius, length, rings):
+    """Round ends, and thickest in the middle: half an ellipse, its rings as far apart as the ends let them."""
+    turns = [math.pi * i / rings for i in range(rings + 1)]
+    return [(radius * math.sin(t), -length / 2 * math.cos(t)) for t in turns]
+
+
+def tube(radius, length, rings):
+    """A tube with flat ends."""
+    return [(0, 0), (radius / 2, 0)] + [(radius, length * i / rings) for i in range(rings + 1)] + \
+        [(radius / 2, length), (0, length)]
 
 
 def sheet(width, height, rows):
@@ -227,6 +258,11 @@ def main():
     write("cactus/cactus.obj", *off("cactus", (1, 2, 3), 100), "cactus.off of CGAL's data, turned and scaled")
     write("walk/dino.obj", *Simplified(*off("dino", (-2, 3, -1), 100), 1000).mesh(),
           "dino.off of CGAL's data, turned, scaled and simplified")
+    write("twist/twist.obj", *box((12, 96, 12), (3, 32, 3)), "A bar of 12 x 96 x 12")
+    write("cigar/cigar.obj", *turned(cigar(9, 80, 40), 16), "A cigar, 80 long")
+    write("elbow/elbow.obj", *turned(tube(10, 100, 32), 20), "A tube, 100 long")
+    write("homer/homer.obj", *Simplified(*off("homer", (1, 2, 3), 100), 900).mesh(),
+          "homer.off of CGAL's data, scaled and simplified")
 
 
 if __name__ == "__main__":

@@ -1,14 +1,9 @@
-/* Wrong scenes as changes of tests/scenes/bodies.yaml: a text that stands in it once, what takes its place,
- * how many lines below the change's first the message points, and a part of the message.
+/* Wrong scenes as changes of tests/scenes/bodies.yaml.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #ifndef BODIES_WRONG_H
 #define BODIES_WRONG_H
 
-typedef struct {
-    const char *find, *replace;
-    int lines;
-    const char *message;
-} wrong;
+#include "scene_wrong.h"
 
 static const wrong wrongs[] = {
     /* bodies */

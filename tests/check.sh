@@ -67,6 +67,8 @@ step "bodies, hostile input" $python tests/test_bake_body_damage.py
 step "bodies end to end" $python tests/test_bake_bodies.py
 step "solids against mpmath" $python tests/reference/solid_oracle.py --check
 step "talking face" $python tests/test_bake_face.py
+step "flat shapes" $python tests/test_bake_flat.py
+step "flat shapes, hostile input" $python tests/test_bake_flat_refuse.py
 step "pictures" $python tests/test_bake_pictures.py
 step "window" $python tests/test_view.py
 step "examples bake" sh -c 'mkdir -p build/check && for scene in nod puppet face faerie morph rod luxo block cactus cloth walk bug; do
@@ -75,7 +77,8 @@ step "examples bake" sh -c 'mkdir -p build/check && for scene in nod puppet face
 step "same bits, every compiler" sh tests/tools/same_bits.sh build/check/nod.wgl build/check/puppet.wgl \
     build/check/buses.wgl build/check/face.wgl build/check/faerie.wgl build/check/cactus.wgl
 $python tests/tools/clip_source.py tests/vectors/v1_shapes.wgl build/check/shapes
-for clip in nod puppet buses face shapes; do
+$python tests/tools/clip_source.py tests/vectors/v1_skins.wgl build/check/skins
+for clip in nod puppet buses face shapes skins; do
     step "same bits, every board: $clip" $python tests/test_boards.py build/check/$clip.wgl
 done
 step "budgets" $python tests/tools/budget.py

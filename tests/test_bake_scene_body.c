@@ -2,13 +2,11 @@
  * is wrong: each case changes one text of the good scene.
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "bodies_wrong.h"
-#include "scene_text.h"
 #include "wiggly_format.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static const char good[] = "tests/scenes/bodies.yaml";
 
@@ -196,86 +194,14 @@ static void ends_are_in_the_keys(void)
     scene_free(&s);
 }
 
-/* The scene with one text replaced; the text stands in it once. */
-static void check_wrong(const char *text, const wrong *w)
-{
-    const char *at = strstr(text, w->find);
-    int line = 1;
-    CHECK(at != NULL && (at == NULL || strstr(at + 1, w->find) == NULL));
-    if (at == NULL || strstr(at + 1, w->find) != NULL) {
-        printf("the good scene must have this once: %s\n", w->find);
-        return;
-    }
-    for (const char *c = text; c < at; c++)
-        line += *c == '\n';
-    char changed[16384], start[80];
-    int size = snprintf(changed, sizeof changed, "%.*s%s%s", (int)(at - text), text, w->replace,
-                        at + strlen(w->find));
-    snprintf(start, sizeof start, "%s:%d: ", scratch, line + w->lines);
-    int err = load_text(changed, (size_t)size);
-    if (err != -1 || strncmp(error.text, start, strlen(start)) != 0 ||
-        strstr(error.text, w->message) == NULL) {
-        check_ok = 0;
-        printf("%s\n  expected %s%s\n       got %s\n", w->replace, start, w->message,
-               err == 0 ? "a scene" : error.text);
-    }
-    if (err == 0)
-        scene_free(&s);
-}
-
-/* The good scene, its files named absolutely: the changed ones are elsewhere. */
-static char *read_good(void)
-{
-    FILE *file = fopen(good, "r");
-    char line[1024], here[512];
-    char *text = bake_alloc(16384, 1);
-    size_t used = 0;
-    if (file == NULL || getcwd(here, sizeof here) == NULL)
-        exit(1);
-    while (fgets(line, sizeof line, file) != NULL) {
-        char *place = strstr(line, "house.obj");
-        used +=
-            (size_t)snprintf(text + used, 16384 - used, "%.*s%s%s%s",
-                             place ? (int)(place - line) : (int)strlen(line), line,
-                             place ? here : "", place ? "/tests/scenes/" : "", place ? place : "");
-    }
-    fclose(file);
-    CHECK(used < 8192);
-    return text;
-}
-
 static void every_wrong_body_is_explained_at_its_line(void)
 {
-    char *text = read_good();
-    CHECK_EQ(load_text(text, strlen(text)), 0);
-    scene_free(&s);
-    for (size_t i = 0; i < sizeof wrongs / sizeof *wrongs; i++)
-        check_wrong(text, &wrongs[i]);
-    free(text);
+    check_wrongs(good, wrongs, (int)(sizeof wrongs / sizeof *wrongs));
 }
 
-/* A damaged scene either still is one, or its message begins with "path:line: ". */
 static void no_flipped_byte_does_harm(void)
 {
-    char *text = read_good();
-    size_t size = strlen(text);
-    unsigned long random = 1;
-    for (int i = 0; i < 3000; i++) {
-        random = (random * 1103515245 + 12345) & 0x7fffffff;
-        size_t at = (random >> 8) % size;
-        random = (random * 1103515245 + 12345) & 0x7fffffff;
-        char before = text[at];
-        text[at] =
-            random & 1024 ? "{}[]:,-#&*!|>'\"%@`\n\t ?"[(random >> 12) % 23] : (char)(random >> 12);
-        int err = load_text(text, size), line = 0;
-        if (err == 0)
-            scene_free(&s);
-        else
-            CHECK(err == -1 && strncmp(error.text, scratch, sizeof scratch - 1) == 0 &&
-                  sscanf(error.text + sizeof scratch - 1, ":%d: ", &line) == 1 && line >= 1);
-        text[at] = before;
-    }
-    free(text);
+    check_flips(good);
 }
 
 int main(void)

@@ -23,6 +23,7 @@ import clip_source  # noqa: E402
 import panels  # noqa: E402
 
 CLIP = os.path.join(ROOT, "tests/vectors/v1_shapes.wgl")
+PAINTED = os.path.join(ROOT, "tests/fuzz/corpus/paint.wgl")  # a picture on a part, nothing moves
 BUILD = os.path.join(ROOT, "build/tests/screens")
 TICK_US = 20000  # of the baker's header
 FRAMES = (1, 2, 16, 101)
@@ -53,6 +54,17 @@ class Memory(ctypes.Structure):
     _fields_ = [(name, ctypes.c_void_p) for name in ("vertices", "shades", "normals", "weights")]
 
 
+class Rigid(ctypes.Structure):
+    _fields_ = [("turn", ctypes.c_int32 * 9), ("centre", ctypes.c_int32 * 3), ("frac", ctypes.c_int8)]
+
+
+class Skins(ctypes.Structure):
+    """wg_picture_skins: a wg_skin, then bones."""
+    _fields_ = [(name, ctypes.c_void_p) for name in ("file", "record", "own")]
+    _fields_ += [("camera", Rigid), ("move", ctypes.c_int32 * 3), ("looks", ctypes.c_bool),
+                 ("bones", ctypes.c_void_p)]
+
+
 class Drawing:
     """The player and the raster as a library; its structures are opaque and amply large here."""
 
@@ -79,6 +91,7 @@ class Drawing:
         self.file = (ctypes.c_uint64 * 256)()
         assert self.lib.wg_open(self.file, self.clip, len(blob)) == 0
         assert self.lib.wg_open_shapes(self.file) == 0
+        assert self.lib.wg_open_skins(self.file) == 0
 
     def values(self, time_us):
         player, layers = (ctypes.c_uint64 * 64)(), (ctypes.c_uint64 * 256)()
@@ -87,16 +100,19 @@ class Drawing:
         for now_us in (0, time_us):
             self.lib.wg_player_update(player, now_us)
         self.lib.wg_player_sample(player, values)
+        self.lib.wg_fields_set(self.file, values)
         return values
 
     def packed(self, time_us, size, pack):
         """The bytes of the whole picture at `time_us`, packed in one of the ways of pixels.h."""
-        memory = [(ctypes.c_uint64 * 8192)() for _ in range(4)]
-        keep = Memory(*(ctypes.cast(m, ctypes.c_void_p) for m in memory))
+        memory = [(ctypes.c_uint64 * 8192)() for _ in range(5)]
+        keep = Memory(*(ctypes.cast(m, ctypes.c_void_p) for m in memory[:4]))
+        skins = Skins(bones=ctypes.cast(memory[4], ctypes.c_void_p))
         picture, everything = (ctypes.c_uint64 * 256)(), Rect(0, 0, *size)
         band = (ctypes.c_uint32 * (size[0] * size[1]))()
         self.lib.wg_picture_init(picture, self.file, Size(*size), ctypes.byref(keep))
-        self.lib.wg_picture_set(picture, self.values(time_us))
+        self.lib.wg_picture_paint(picture, ctypes.byref(skins))
+        self.lib.wg_picture_set_skinned(picture, self.values(time_us))
         self.lib.wg_picture_band(picture, everything, band)
         count = getattr(self.lib, "wg_pixels_" + pack)(picture, everything, band, band)
         return bytes(band)[:count]
@@ -225,13 +241,39 @@ def test_machine(board, clip, frames):
     check(f"{board}: the bus carries the host's bytes", bus == bus_want and len(bus) > 0)
 
 
+def names_in(image, cross=""):
+    return subprocess.run([cross + "nm", image], check=True, capture_output=True, text=True).stdout
+
+
+def test_painted(path):
+    """A part with a picture: on a panel of colours, of greys, and on the emulated one. Skins are linked
+    where a clip has some, and neither they nor their checks where it has nothing of the kind."""
+    stem = os.path.join(BUILD, "painted")
+    clip_source.main(path, stem)
+    clip, dump = stem + ".wgl", os.path.join(BUILD, "painted.ppm")
+    drawing = Drawing(clip)
+    for name in ("st7789", "ssd0323"):
+        test_host(drawing, clip, name)
+    want = on_host("ssd0323", clip, 2)[0]
+    image = build("lm3s6965evb", "ssd0323", clip, 2)
+    code = run("lm3s6965evb", image, "--screendump", dump)[0]
+    rows = [bytes(level * WHITE["ssd0323"] for level in row for _ in range(QEMU_DOTS))
+            for row in want for _ in range(QEMU_DOTS)]
+    check("painted: the board's is the host's, dot for dot", code == 0 and read_dump(dump) == rows)
+    names = names_in(image, "arm-none-eabi-")
+    check("painted: skins are checked but not linked", "wg_open_skins" in names and "wg_skin_set" not in names)
+    names = names_in(build("lm3s6965evb", "ssd0323", os.path.join(BUILD, "shown.wgl"), 2), "arm-none-eabi-")
+    check("shapes alone: nothing of skins and fields is linked",
+          not any(name in names for name in ("wg_open_skins", "wg_skin", "wg_fields", "bones")))
+
+
 def test_without_display(clip):
     """On a host without a display: the same bytes on the bus, and nothing of shapes is linked."""
     image = build("host", "none", clip, FRAMES[-1])
     bus = run("host", image)[2]
     check("none: the same bytes on the bus", bus == on_host("ssd0323", clip, FRAMES[-1])[2])
     image = build("host", "none", clip, FRAMES[-1])
-    names = subprocess.run(["nm", image], check=True, capture_output=True, text=True).stdout
+    names = names_in(image)
     check("none: no shapes and pictures are linked",
           "wg_picture" not in names and "wg_pose" not in names and "wg_player_sample" in names)
 
@@ -248,6 +290,7 @@ def main(path):
         for frames in FRAMES:
             test_machine(board, clip, frames)
     test_without_display(clip)
+    test_painted(PAINTED)
     print(f"{passed} passed, {failed} failed; screendumps in {os.path.relpath(BUILD, ROOT)}")
     return 1 if failed else 0
 
