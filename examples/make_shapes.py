@@ -259,7 +259,7 @@ def main():
     write("walk/dino.obj", *Simplified(*off("dino", (-2, 3, -1), 100), 1000).mesh(),
           "dino.off of CGAL's data, turned, scaled and simplified")
     write("twist/twist.obj", *box((12, 96, 12), (3, 32, 3)), "A bar of 12 x 96 x 12")
-    write("cigar/cigar.obj", *turned(cigar(9, 80, 40), 16), "A cigar, 80 long")
+    write("cigar/cigar.obj", *turned(cigar(12, 80, 40), 16), "A cigar, 80 long")
     write("elbow/elbow.obj", *turned(tube(10, 100, 32), 20), "A tube, 100 long")
     write("homer/homer.obj", *Simplified(*off("homer", (1, 2, 3), 100), 900).mesh(),
           "homer.off of CGAL's data, scaled and simplified")

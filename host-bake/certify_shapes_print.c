@@ -7,7 +7,11 @@
 #include <math.h>
 
 /* wg_picture on a 32-bit processor, asserted by tests/fw_size_picture.c. */
-#define PICTURE_BYTES 228
+#define PICTURE_BYTES 232
+
+/* wg_picture_skins, and a wg_bone. */
+#define SKINS_BYTES 84
+#define BONE_BYTES  64
 
 /* A tolerance over what bases leave: their share of it is less than all, curves take some. */
 #define ROOM 1.2
@@ -18,19 +22,22 @@
 
 size_t certify_picture_ram(const build *b)
 {
-    size_t vertices = 0, bases = 0, shaded = 0, bare = 0;
+    size_t vertices = 0, bases = 0, shaded = 0, bare = 0, bones = 0;
     for (int i = 0; b->shapes && i < b->shapes->count; i++) {
         const shape_mesh *m = &b->shapes->mesh[i];
         vertices += (size_t)m->mesh.vertex_count;
         bases = (size_t)m->form.basis_count > bases ? (size_t)m->form.basis_count : bases;
-        bare |= !m->has_normals;
+        bare |= !m->has_normals && m->mesh.picture == NULL;
+        bones =
+            m->skin && (size_t)m->skin->bone_count > bones ? (size_t)m->skin->bone_count : bones;
     }
     for (int i = 0; i < b->scene->view_count; i++) {
         shaded |= b->scene->views[i].shading == (int)WG_SHADING_SMOOTH;
     }
-    return vertices == 0 ? 0
-                         : PICTURE_BYTES + (vertices + 1) * (6 + shaded + 6 * (shaded & bare)) +
-                               2 * (bases + 1);
+    return vertices == 0
+               ? 0
+               : PICTURE_BYTES + (vertices + 1) * (6 + shaded + 6 * (shaded & bare)) +
+                     2 * (bases + 1) + (bones > 0 ? SKINS_BYTES + BONE_BYTES * (bones + 1) : 0);
 }
 
 /* ---- for people ------------------------------------------------------------------------------- */

@@ -193,6 +193,12 @@ static int read_facet(const loader *l, const scene_node *list, const scene_rig *
                 "the bone '%s' is no vertex of a cage; write it as  {name: %s, cage: "
                 "[x, y, z]}",
                 name->value, name->value);
+        if (rig->bones[out[k]].weightless)
+            return loader_fail(
+                l, "cage",
+                "the vertex '%s' of a cage is 'weightless', so that its facets would "
+                "end nowhere; remove that",
+                name->value);
         for (int m = 0; m < k; m++)
             if (out[m] == out[k])
                 return loader_fail(l, "cage", "a facet of the cage names '%s' twice", name->value);

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "scene_load.h"
 
+#include "wiggly_format.h"
+
 #include <string.h>
 
 static const char take_example[] = "rigs: [{rig: man, source: walk, from: 6 s, to: 14 s}]";
@@ -40,6 +42,12 @@ static int check_take(const loader *l, const scene_clip *clip, const scene_take 
         return loader_fail(l, "rig",
                            "no bone of the rig '%s' has a 'node' that it turns as; write for "
                            "example:  {name: thigh, ..., node: LeftUpLeg}",
+                           rig->name);
+    if (rig->method ==
+        (int)WG_SKIN_SHIFT) /* bones with a 'node' have been refused; those of a file */
+        return loader_fail(l, "rig",
+                           "captures turn bones, and the rig '%s' with 'method: shift' only moves "
+                           "them",
                            rig->name);
     return scene_is_csv(s->sources[to->source].file)
                ? loader_fail(l, "source",

@@ -68,7 +68,7 @@ static void quaternions_turn_at_any_length(void)
 {
     static const double from[3] = {0}, to[3] = {1, 0, 0};
     for (int i = 0; i < 4; i++) {
-        static const double length[4] = {1, 0.6, 1.9, 1.0 / 33};
+        static const double length[4] = {1, 0.6, 1.0 / 33, 0};
         model m = {.value = {length[i] * cos(pi / 6), 0, 0, length[i] * sin(pi / 6)}};
         add_bone(&m, -1, from, to);
         add_joint(&m, 0, WG_JOINT_QUATERNION, 0);

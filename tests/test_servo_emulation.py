@@ -18,7 +18,7 @@ sys.path.insert(0, os.path.join(ROOT, "tests/reference"))
 import servo_decode as sd  # noqa: E402
 
 MAESTRO, DYNAMIXEL2, PCA9685 = 1, 2, 3
-SECTIONS, SERVOS = 13, 11  # WG_SECTION_KNOWN + 1, WG_SECTION_SERVOS
+SECTIONS, SERVOS = 24, 11  # WG_SECTION_KNOWN + 1, WG_SECTION_SERVOS
 COMPACT, CRC, SINGLE = 0x80, 0x100, 0x200
 TICK_US = 20000
 

@@ -215,7 +215,7 @@ static int check_numbers(const surface *s)
 static void warn(const char *why, const char *done)
 {
     const char *end = strrchr(why, ';');
-    fprintf(stderr, "%.*s: %s\n", end ? (int)(end - why) : (int)strlen(why), why, done);
+    fprintf(stderr, "%.*s: warning: %s\n", end ? (int)(end - why) : (int)strlen(why), why, done);
 }
 
 /* 0 when a surface that has been mended is good now. */

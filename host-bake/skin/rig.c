@@ -1,11 +1,11 @@
 /* A rig in doubles: the mathematics of SPEC 6.9 and 6.10 without its roundings.
- * Source: Jacobson 2013, 4.3.4 (pseudo-edges), (6.2), (6.5), (6.6); Kavan et
- * al. 2008 (dual quaternions). Own: the order of joints; quaternions keep their
- * length, as the player's do, because a dual quaternion blend weighs by it.
+ * Source: Jacobson 2013, 4.3.4 (pseudo-edges), (6.2), (6.5), (6.6); Kavan et al. 2008 (dual
+ * quaternions). Own: the order of joints.
  *
- *   R  3 x 3, row by row      q  w x y z      u  a bone's direction at rest, of
- * length 1 e  0 at a bone's start, 1 at its end      S  by how much it is
- * longer SPDX-License-Identifier: AGPL-3.0-or-later */
+ *   R  3 x 3, row by row                     q  w x y z
+ *   u  a bone's direction at rest, length 1  e  0 at a bone's start, 1 at its end
+ *   S  by how much a bone is longer
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "rig.h"
 #include "vector.h"
 
@@ -110,6 +110,17 @@ static void turn_by(rig_bone *b, const double q[4])
     matrix(b->quaternion, b->turn);
 }
 
+/* By the rotation of a quaternion of any length but 0, as the player divides it out: a dual quaternion
+ * blend weighs by lengths. */
+static void turn_by_any(rig_bone *b, const double q[4])
+{
+    double one[4], length = sqrt(square(q));
+    for (int k = 0; k < 4 && length > 0; k++)
+        one[k] = q[k] / length;
+    if (length > 0)
+        turn_by(b, one);
+}
+
 static void move_by(rig_bone *b, const double axis[3], double way)
 {
     for (int r = 0; r < 3; r++)
@@ -128,7 +139,7 @@ static void act(const scene_joint *j, const double *values, double length, rig_b
         move_by(b, j->axis, v);
         break;
     case WG_JOINT_QUATERNION:
-        turn_by(b, values + j->channel);
+        turn_by_any(b, values + j->channel);
         break;
     case WG_JOINT_STRETCH:
         b->stretch = fmin(most_stretch, fmax(least_stretch, v - 1)) * length;
@@ -156,7 +167,7 @@ static void pose_bone(const scene_bone *from, const double *values, rig_bone *b)
     for (int i = 0; i < from->joint_count; i++)
         act(&from->joints[i], values, length, b);
     if (from->captured >= 0)
-        turn_by(b, values + from->captured);
+        turn_by_any(b, values + from->captured);
 }
 
 /* Adds the rotation of the way from one point to another since rest, as a
@@ -225,15 +236,16 @@ static void add_linear(const scene_bone *from, const rig_bone *b, const double w
         out[k] += w_e[0] * (b->at[k] + at[k]);
 }
 
-/* The bone's motion there as a dual quaternion: q_e = q K(e), and x_e q_e - q_e o, which is t q_e.
+/* The bone's motion there as a dual quaternion: q_e = q K(e), and x_e q_e - q_e o, which is t q_e. e < 0:
+ * without endpoint weights, q.
  *                                                                                 [Jacobson (6.6)] */
 static void dual(const scene_bone *from, const rig_bone *b, double e, double real[4],
                  double imaginary[4])
 {
-    double u[3], turn[4], x[4] = {0}, o[4] = {0}, back[4];
+    double u[3], turn[4], x[4] = {0}, o[4] = {0}, back[4], angle = e < 0 ? 0 : twist(b, e);
     e = fmax(e, 0);
     direction(from, u);
-    about(u, twist(b, e), turn);
+    about(u, angle, turn);
     multiply(b->quaternion, turn, real);
     for (int k = 0; k < 3; k++) {
         x[k + 1] = b->at[k] + e * b->stretch * vector_dot(b->turn + 3 * k, u);

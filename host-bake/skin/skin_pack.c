@@ -122,13 +122,16 @@ static double length_of(const scene_bone *b)
                : 0;
 }
 
-static int put_place(const pack *p, const scene_bone *bone, double x)
+/* from: of the shape; o of SPEC 6.10 must not wrap when it is multiplied by 2^6. */
+static int put_place(const pack *p, const scene_bone *bone, double x, double from)
 {
-    double raw = ldexp(x, p->m->form.frac + (int)WG_POSE_BITS);
-    if (fabs(raw) > (double)WG_BONE_PLACE) {
-        return pack_fail(p, bone,
-                         "it lies more than four sizes of the mesh away from the middle: move it "
-                         "nearer");
+    int frac = p->m->form.frac + (int)WG_POSE_BITS;
+    double raw = ldexp(x, frac);
+    if (fabs(raw) > (double)WG_BONE_PLACE || ldexp(fabs(x - from), frac) >= 1 << 25) {
+        return pack_fail(
+            p, bone,
+            "it lies more than two sizes of the mesh away from it, or both are too far "
+            "from (0, 0, 0): move it nearer, or both");
     }
     put32(&p->out->at[WG_SECTION_BONES], (uint32_t)(int32_t)lround(raw));
     return 0;
@@ -152,11 +155,11 @@ static int pack_bone(const pack *p, const scene_bone *bone)
     put8(o, part_of(bone->along));
     put16(o, bone->value < 0 ? WG_ABSENT : (uint32_t)bone->value);
     for (int k = 0; k < 3; k++) {
-        if (put_place(p, bone, bone->from[k]) < 0) {
+        if (put_place(p, bone, bone->from[k], p->m->form.origin[k]) < 0) {
             return -1;
         }
     }
-    if (put_place(p, bone, length_of(bone)) < 0) {
+    if (put_place(p, bone, length_of(bone), 0) < 0) {
         return -1;
     }
     frame_of(bone, F);

@@ -89,16 +89,24 @@ static int is_moved(const scene *s, int channel)
     return 0;
 }
 
-/* Each shape of the mesh as it is at some moment of some clip. */
-static void random_shapes(const scene *s, const scene_rig *rig, uint32_t *seed, skin_poses *p)
+/* A channel as it is at some moment of some clip. */
+static void random_moment(const scene *s, int c, uint32_t *seed, skin_poses *p)
+{
+    size_t channels = (size_t)p->channels, moment = (size_t)(chance(seed) * p->own);
+    if (c >= 0 && is_moved(s, c)) {
+        p->value[(size_t)p->count * channels + (size_t)c] = p->value[moment * channels + (size_t)c];
+    }
+}
+
+/* Shapes of the mesh and values of bones, each for itself. */
+static void random_rest(const scene *s, const scene_rig *rig, uint32_t *seed, skin_poses *p)
 {
     const scene_mesh *m = &s->meshes[rig->mesh];
-    double *value = p->value + (size_t)p->count * (size_t)p->channels;
     for (int i = 0; i < m->shape_count; i++) {
-        int moment = (int)(chance(seed) * p->own), c = m->shapes[i].channel;
-        if (is_moved(s, c)) {
-            value[c] = p->value[(size_t)moment * (size_t)p->channels + (size_t)c];
-        }
+        random_moment(s, m->shapes[i].channel, seed, p);
+    }
+    for (int i = 0; i < rig->bone_count; i++) {
+        random_moment(s, rig->bones[i].value, seed, p);
     }
 }
 
@@ -123,7 +131,7 @@ static void random_pose(const scene *s, const scene_rig *rig, uint32_t *seed, sk
             }
         }
     }
-    random_shapes(s, rig, seed, p);
+    random_rest(s, rig, seed, p);
     p->count++;
 }
 
@@ -197,7 +205,39 @@ typedef struct {
     int most;
     influence *of[INFLUENCES_MAX];
     double *far[INFLUENCES_MAX]; /* largest distance in any pose */
+    double *dim[INFLUENCES_MAX]; /* largest difference in brightness, 1 is full; NULL: no paint */
 } choice;
+
+/* Four of 256 levels: rounding weights of a few bones takes one to three. */
+static const double least_seen = 4.0 / 256;
+
+/* What a vertex shows of its bones' values [SPEC 6.11]. */
+static double brightness(const scene_rig *rig, const double *weight, const double *value)
+{
+    double sum = 0;
+    for (int j = 0; j < rig->bone_count; j++) {
+        int channel = rig->bones[j].value;
+        sum += channel < 0 ? 0 : weight[j] * value[channel];
+    }
+    return fmax(0, fmin(1, sum));
+}
+
+/* Bones that move alike may show different values. */
+static void measure_paint(const skin_work *w, const double *value, const choice *c)
+{
+    const skin *k = w->out;
+    double *weight = bake_alloc(2 * (size_t)k->bone_count, sizeof *weight);
+    double *end = weight + k->bone_count;
+    for (int i = 0; i < k->vertex_count && c->dim[0] != NULL; i++) {
+        exact_row(k, i, weight, end);
+        double want = brightness(w->rig, weight, value);
+        for (int n = 0; n < c->most; n++) {
+            stored_row(k, &c->of[n][i], weight, end);
+            c->dim[n][i] = fmax(c->dim[n][i], fabs(brightness(w->rig, weight, value) - want));
+        }
+    }
+    free(weight);
+}
 
 /* What the mesh's shapes make of it before the bones move it: a vertex that is near a joint at rest
  * may be far from it then, and small weights count. */
@@ -231,15 +271,17 @@ static void measure_pose(skin_work *w, const double *value, choice *c)
     }
     k->stored = NULL;
     free(exact);
+    measure_paint(w, value, c);
 }
 
-/* The fewest influences within the tolerance, or all. */
+/* The fewest influences that nobody sees, or all. */
 static void choose(skin *k, const choice *c)
 {
     k->stored = bake_alloc((size_t)k->vertex_count, sizeof *k->stored);
     for (int i = 0; i < k->vertex_count; i++) {
         int n = 0;
-        while (n < c->most - 1 && c->far[n][i] > k->tolerance) {
+        while (n < c->most - 1 &&
+               (c->far[n][i] > k->tolerance || (c->dim[n] != NULL && c->dim[n][i] > least_seen))) {
             n++;
         }
         k->stored[i] = c->of[n][i];
@@ -361,6 +403,7 @@ int skin_prune(skin_work *w, bake_error *error)
     for (int n = 0; n < c.most && err == 0; n++) {
         c.of[n] = bake_alloc((size_t)k->vertex_count, sizeof *c.of[n]);
         c.far[n] = bake_alloc((size_t)k->vertex_count, sizeof *c.far[n]);
+        c.dim[n] = w->rig->paint ? bake_alloc((size_t)k->vertex_count, sizeof *c.dim[n]) : NULL;
         err = influence_make(k->weight, k->end, size, n + 1, c.of[n], error);
     }
     for (int i = 0; i < k->poses.count && err == 0; i++) {
@@ -379,6 +422,7 @@ int skin_prune(skin_work *w, bake_error *error)
     for (int n = 0; n < c.most; n++) {
         free(c.of[n]);
         free(c.far[n]);
+        free(c.dim[n]);
     }
     return err;
 }

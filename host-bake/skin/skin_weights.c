@@ -161,9 +161,6 @@ static int solve(skin_work *w, bounded_report *report, bake_error *error)
         cache_put(&blob, w->w, (size_t)n * (size_t)m * sizeof *w->w);
         cache_store(&key, blob.at, blob.count);
         free(blob.at);
-    } else {
-        bake_error inner = *error;
-        err = skin_fail(w, w->rig->line, error, "%.800s", inner.text);
     }
     sparse_free(&q);
     free(name);

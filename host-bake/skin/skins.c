@@ -46,22 +46,31 @@ static void insert_move(scene_bone *b, int channel, int axis)
 
 /* A depth is a move along z by a channel that nothing moves: relative to the parent, which takes its
  * children with it. */
-static void add_depth(scene *s, const scene_rig *rig, int bone)
+static int add_depth(scene *s, const scene_rig *rig, scene_bone *b, bake_error *error)
 {
-    scene_bone *b = &rig->bones[bone];
-    double depth = b->depth;
-    if (depth != 0) {
-        insert_move(b, scene_add_channel(s, rig->name, b->name, "depth", depth), 2);
+    if (b->depth == 0) {
+        return 0;
     }
+    if (s->channel_count >= (int)WG_CHANNELS_MAX) {
+        return bake_fail(
+            error,
+            "%s:%d: the depth of '%s' is a channel, and there are %d already, which is "
+            "what a clip holds; remove some depths, or give them to parents",
+            s->path, b->line, b->name, s->channel_count);
+    }
+    insert_move(b, scene_add_channel(s, rig->name, b->name, "depth", b->depth), 2);
+    return 0;
 }
 
-static void prepare_bone(scene *s, const scene_rig *rig, int bone)
+static int prepare_bone(scene *s, const scene_rig *rig, int bone, bake_error *error)
 {
     scene_bone *b = &rig->bones[bone];
     for (int k = 2; k >= 0 && b->travels >= 0; k--) {
         insert_move(b, b->travels + k, k);
     }
-    add_depth(s, rig, bone);
+    if (add_depth(s, rig, b, error) < 0) {
+        return -1;
+    }
     if (b->captured >= 0) {
         scene_joint *j = insert_joint(b, b->joint_count);
         j->kind = (int)WG_JOINT_QUATERNION;
@@ -69,6 +78,7 @@ static void prepare_bone(scene *s, const scene_rig *rig, int bone)
     }
     b->travels = b->captured = -1;
     b->depth = 0;
+    return 0;
 }
 
 int skins_prepare(scene *s, bake_error *error)
@@ -83,7 +93,9 @@ int skins_prepare(scene *s, bake_error *error)
     }
     for (int i = 0; i < s->rig_count; i++) {
         for (int k = 0; k < s->rigs[i].bone_count; k++) {
-            prepare_bone(s, &s->rigs[i], k);
+            if (prepare_bone(s, &s->rigs[i], k, error) < 0) {
+                return -1;
+            }
         }
     }
     return 0;
@@ -107,11 +119,71 @@ static void work_free(skin_work *w)
     free(w->e);
 }
 
+/* Fields: the weights of the mesh's nearest place. d: the mesh. */
+static int file_fields(skin_work *w, const domain *d, bake_error *error)
+{
+    int err = 0, bones = w->rig->bone_count;
+    size_t rows = (size_t)w->out->vertex_count;
+    w->out->field =
+        bake_alloc((size_t)w->rig->field_count * (size_t)bones + 1, sizeof *w->out->field);
+    for (int i = 0; i < w->rig->field_count && err == 0; i++) {
+        embedding e;
+        double far, *row = w->out->field + (size_t)i * (size_t)bones;
+        err = domain_embed(d, w->rig->fields[i].at, 1, &e, &far, error);
+        for (int j = 0; j < bones && err == 0; j++) {
+            for (int k = 0; k < 3; k++) {
+                row[j] += e.weight[k] * w->out->weight[(size_t)j * rows + (size_t)e.vertex[k]];
+            }
+        }
+    }
+    return err;
+}
+
+/* Endpoint weights that need no domain, of the mesh's vertices. */
+static int file_ends(skin_work *w, const domain *d, bake_error *error)
+{
+    const scene_rig *rig = w->rig;
+    const ends_filter filter = {rig->filter_count, rig->filter_x, rig->filter_y};
+    size_t size = (size_t)w->out->vertex_count * (size_t)rig->bone_count;
+    if (rig->ends != (int)ENDS_PROJECTION && rig->ends != (int)ENDS_DISTANCE) {
+        return skin_fail(
+            w, rig->line, error,
+            "with `weights: file`, bones that stretch or twist need `ends: projection` "
+            "or `ends: distance`, or `ends: none` if vertices shall not follow it");
+    }
+    w->handle = bake_alloc((size_t)rig->bone_count, sizeof *w->handle);
+    for (int i = 0; i < rig->bone_count; i++) {
+        const scene_bone *b = &rig->bones[i];
+        handle *h = &w->handle[i];
+        *h = (handle){.name = b->name,
+                      .line = b->line,
+                      .kind = b->kind == BONE_BONE ? HANDLE_BONE : HANDLE_POINT};
+        memcpy(h->from, b->from, sizeof h->from);
+        memcpy(h->to, b->to, sizeof h->to);
+    }
+    const handles h = {.count = rig->bone_count, .handle = w->handle};
+    w->out->end = bake_alloc(size, sizeof *w->out->end);
+    if (ends_make(d, &h, (ends_kind)rig->ends, NULL, &w->how, w->out->end, error) < 0) {
+        return -1;
+    }
+    ends_apply(&filter, w->out->end, (int)size);
+    return 0;
+}
+
 static int from_file(skin_work *w, bake_error *error)
 {
+    const mesh *m = &w->m->mesh;
+    const surface s = {m->vertex_count, m->triangle_count, m->rest, (const int(*)[3])m->triangle};
     size_t size = (size_t)w->out->vertex_count * (size_t)w->rig->bone_count;
+    w->origin = (surface_origin){
+        .scene = w->s->path, .name = w->s->meshes[w->m->index].name, .line = w->rig->line};
+    w->how = (domain_options){.origin = &w->origin};
     w->out->weight = bake_alloc(size, sizeof *w->out->weight);
-    return rig_file_weights(w->s, w->out->rig, &w->m->mesh, w->out->weight, error);
+    if (rig_file_weights(w->s, w->out->rig, m, w->out->weight, error) < 0 ||
+        domain_surface(&s, &w->d, error) < 0 || file_fields(w, &w->d, error) < 0) {
+        return -1;
+    }
+    return w->rig->ends == (int)ENDS_NONE ? 0 : file_ends(w, &w->d, error);
 }
 
 static int solve(skin_work *w, bake_error *error)
@@ -166,6 +238,14 @@ static int place_regions(const scene *s, const scene_rig *rig, const mesh *m, ba
                              "sorted anew: give its region as a box or a ball",
                              s->path, b->line, rig->name, b->name);
         }
+        int listed = b->region ? b->region->vertex_count : 0;
+        if (listed > 0 && b->region->vertex[listed - 1] >= m->vertex_count) { /* ascending */
+            return bake_fail(error,
+                             "%s:%d: rig %s: '%s' names the vertex %d, and the mesh has %d, which "
+                             "count from 0",
+                             s->path, b->line, rig->name, b->name, b->region->vertex[listed - 1],
+                             m->vertex_count);
+        }
         if (b->region && isnan(b->from[0]) && place_region(s, rig, b, m, error) < 0) {
             return -1;
         }
@@ -174,6 +254,15 @@ static int place_regions(const scene *s, const scene_rig *rig, const mesh *m, ba
         }
     }
     return 0;
+}
+
+/* Errors of solvers know no scene. */
+static void say_where(const skin_work *w, bake_error *error)
+{
+    const bake_error what = *error;
+    if (strncmp(what.text, w->s->path, strlen(w->s->path)) != 0) {
+        skin_fail(w, w->rig->line, error, "%s", what.text);
+    }
 }
 
 int skin_make(scene *s, shape_mesh *m, int verbose, bake_error *error)
@@ -196,6 +285,9 @@ int skin_make(scene *s, shape_mesh *m, int verbose, bake_error *error)
     int err = w.rig->weights == WEIGHTS_FILE ? from_file(&w, error) : solve(&w, error);
     if (err == 0) {
         err = skin_prune(&w, error);
+    }
+    if (err < 0) {
+        say_where(&w, error);
     }
     work_free(&w);
     return err;

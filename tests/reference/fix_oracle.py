@@ -19,6 +19,7 @@ import numpy as np
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 SOURCE = "firmware/player/fix.c"
+SINES = "firmware/player/fix_sine.c"
 HEADER = "firmware/player/fix.h"
 EXPORT = "tests/reference/fix_export.c"
 SAMPLES = 1 << 19
@@ -160,6 +161,16 @@ def constants_of_code():
     return [int(x) for x in table.split(",") if x.strip()], [x for x in found if x != ONE]
 
 
+def directions(checks, found):
+    """The sine table, and 2 pi 2^24, by which a direction leaves it."""
+    with open(os.path.join(ROOT, SINES), encoding="utf-8") as file:
+        table = re.search(r"fix_sine_table\[320\] = \{(.*?)\}", file.read(), re.S).group(1)
+    table = [int(x) for x in table.split(",") if x.strip()]
+    off = max(abs(t - mp.nint(mp.mpf(2) ** 14 * mp.sin(2 * mp.pi * j / 256))) for j, t in enumerate(table))
+    checks.below("table of sines: off by", float(off) + (len(table) != 320), 2 ** -99)
+    checks.below("2 pi 2^24: off by", float(abs(found[0] - mp.nint(2 * mp.pi * 2 ** 24))), 2 ** -99)
+
+
 def constants(checks):
     table, found = constants_of_code()
     off = max(abs(t - mp.nint(mp.mpf(2) ** (30 - mp.mpf(i) / 32)) + (i == 0))
@@ -184,7 +195,8 @@ def constants(checks):
             [int(mp.nint(f * s)) for f, s in zip(fit, scales)], mine))
         # as good as the minimax fit, but for 2^-31, half a unit of the result
         checks.below(name + ": fit", float(got), float(error) + 2 ** -31)
-    checks.below("constants left over", len(found), 2 ** -99)
+    directions(checks, found[:1])
+    checks.below("constants left over", len(found[1:]), 2 ** -99)
 
 
 def main():
