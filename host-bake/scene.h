@@ -175,6 +175,7 @@ typedef struct {
     int channel;               /* QUATERNION: the first of four */
     double axis[3];            /* TURN, MOVE: of length 1 */
     int follow_count, *follow; /* bones */
+    int captured;              /* 1: of a bone with a `node`, for what captures say */
 } scene_joint;
 
 typedef enum { BONE_BONE, BONE_POINT, BONE_REGION, BONE_CAGE } scene_bone_kind;
@@ -240,7 +241,7 @@ typedef struct {
     int ends; /* ends_kind of skin/ends.h: ENDS_NONE ..; not given: BOUNDED where a joint stretches
                    or twists, else NONE */
     scene_weights weights;
-    int influences; /* at most, 1 .. 8; default 4 */
+    int influences; /* at most, 1 .. 8; default 8 */
     double
         tolerance; /* largest distance that pruning and rounding may add to a posed vertex; 0 = the
                          mesh's */

@@ -53,7 +53,7 @@ static void what_is_not_said_has_defaults(void)
     need_good();
     const scene_rig *r = &s.rigs[1];
     CHECK(r->method == WG_SKIN_SHIFT && r->ends == ENDS_NONE && r->weights == WEIGHTS_BOUNDED);
-    CHECK(r->influences == 4 && r->tolerance == 0 && r->cell == 0 && r->lift == 0);
+    CHECK(r->influences == 8 && r->tolerance == 0 && r->cell == 0 && r->lift == 0);
     CHECK(r->wrap == 1 && r->paint == 0 && r->filter_count == 0 && r->brush_count == 0);
     CHECK(s.rigs[3].ends == ENDS_NONE); /* it twists, and says none */
     CHECK(s.meshes[0].cell == 0 && s.meshes[0].texels == 0);

@@ -36,12 +36,13 @@ static scene_joint *insert_joint(scene_bone *b, int at)
     return &b->joints[at];
 }
 
-static void insert_move(scene_bone *b, int channel, int axis)
+static scene_joint *insert_move(scene_bone *b, int channel, int axis)
 {
     scene_joint *j = insert_joint(b, 0);
     j->kind = (int)WG_JOINT_MOVE;
     j->channel = channel;
     j->axis[axis] = 1;
+    return j;
 }
 
 /* A depth is a move along z by a channel that nothing moves: relative to the parent, which takes its
@@ -66,7 +67,7 @@ static int prepare_bone(scene *s, const scene_rig *rig, int bone, bake_error *er
 {
     scene_bone *b = &rig->bones[bone];
     for (int k = 2; k >= 0 && b->travels >= 0; k--) {
-        insert_move(b, b->travels + k, k);
+        insert_move(b, b->travels + k, k)->captured = 1;
     }
     if (add_depth(s, rig, b, error) < 0) {
         return -1;
@@ -75,6 +76,7 @@ static int prepare_bone(scene *s, const scene_rig *rig, int bone, bake_error *er
         scene_joint *j = insert_joint(b, b->joint_count);
         j->kind = (int)WG_JOINT_QUATERNION;
         j->channel = b->captured;
+        j->captured = 1;
     }
     b->travels = b->captured = -1;
     b->depth = 0;
@@ -281,10 +283,15 @@ int skin_make(scene *s, shape_mesh *m, int verbose, bake_error *error)
     if (verbose && isatty(2)) {
         fprintf(stderr, "\rrig %s: weights\033[K", w.rig->name);
     }
-    m->skin->tolerance = w.rig->tolerance > 0 ? w.rig->tolerance : 0.9 * m->tolerance;
+    m->skin->tolerance = w.rig->tolerance > 0
+                             ? w.rig->tolerance
+                             : (0.9 - skin_turn_share(s, rig)) * m->tolerance;
     int err = w.rig->weights == WEIGHTS_FILE ? from_file(&w, error) : solve(&w, error);
     if (err == 0) {
         err = skin_prune(&w, error);
+    }
+    if (err == 0) {
+        skin_turns(&w);
     }
     if (err < 0) {
         say_where(&w, error);

@@ -127,7 +127,8 @@ def newton_steps(Q, c, E, b):
         if mu < 1e-14 and abs(dual).max() < 1e-12 and (rows == 0 or abs(primal).max() < 1e-12):
             break
         A = Q + sparse.diags(low / x + high / (1 - x))
-        solver = factor(sparse.bmat([[A, E.T], [E, None]]) if rows else A)
+        solver = scipy.sparse.linalg.splu(sparse.bmat([[A, E.T], [E, None]]).tocsc()) if rows else \
+            factor(A)
 
         def direction(target, a=0.0, b_=0.0):
             """a, b_: products of the steps before, that Mehrotra corrects for."""

@@ -269,7 +269,7 @@ class Rig:
                     assert "region" in self.handles[j].entry or near[v, j] < 1.1 * cell, (v, j)
 
     def size(self):
-        return np.ptp(self.domain.at, axis=0).max()
+        return np.ptp(self.rest, axis=0).max()
 
     def brush(self):
         if "brush" not in self.entry:
@@ -289,6 +289,8 @@ class Rig:
             return None
         d, E = self.domain, np.zeros((self.domain.n, len(self.handles)))
         at = [j for j, b in enumerate(self.handles) if b.is_bone]
+        if not at:
+            return E
         bones = [(self.handles[j].at, self.handles[j].to) for j in at]
         if kind == "distance":
             E[:, at] = oracle.by_distance(d.at, bones)

@@ -1,0 +1,118 @@
+/* How exactly captured bones turn: as the mesh's tolerance asks, and not 2^-13 of each channel, which
+ * costs several times the bytes.
+ * Source: own.
+ *
+ * A part of a quaternion that is off by d takes a point at the distance r off by 2 r d, four parts by 4 r d at
+ * most, and the n bones of a chain by the sum of that. They are never all off at once by most, in one
+ * direction: the first aim is a quarter of that bound, and the certificate says whether it was too much.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "skin_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Of the mesh's tolerance; the rest is for the weights and for integers. */
+#define TURNS    0.35
+/* Of TURNS, for each way of a captured bone that travels. */
+#define TRAVEL   0.1
+/* A part of a quaternion: 6 degrees. */
+#define COARSEST 0.05
+
+double skin_turn_share(const scene *s, int rig)
+{
+    for (int i = 0; i < s->clip_count; i++) {
+        for (int j = 0; j < s->clips[i].take_count; j++) {
+            if (s->clips[i].takes[j].rig == rig) {
+                return TURNS;
+            }
+        }
+    }
+    return 0;
+}
+
+/* Channels of a joint that captures fill. */
+static int captured(const scene_joint *j)
+{
+    return !j->captured ? 0 : j->kind == (int)WG_JOINT_QUATERNION ? 4 : 1;
+}
+
+static int turns(const scene_bone *b)
+{
+    for (int k = 0; k < b->joint_count; k++) {
+        if (captured(&b->joints[k]) == 4) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* What a bone carries: the vertex that is farthest from where it starts, and the most captured bones
+ * between the root and a vertex. */
+typedef struct {
+    double far;
+    int chain, captured;
+} carried;
+
+static void carry(const scene_rig *rig, const double at[3], int bone, carried *out)
+{
+    int chain = 0;
+    for (int i = bone; i >= 0; i = rig->bones[i].parent) {
+        chain += out[i].captured;
+    }
+    for (int i = bone; i >= 0; i = rig->bones[i].parent) {
+        const double *o = rig->bones[i].from;
+        double way = hypot(hypot(at[0] - o[0], at[1] - o[1]), at[2] - o[2]);
+        out[i].far = fmax(out[i].far, way);
+        out[i].chain = chain > out[i].chain ? chain : out[i].chain;
+    }
+}
+
+static void aim(scene *s, const scene_bone *b, const carried *c, double room)
+{
+    for (int k = 0; k < b->joint_count && c->chain > 0 && c->far > 0; k++) {
+        const scene_joint *j = &b->joints[k];
+        int count = captured(j);
+        for (int i = 0; i < count; i++) {
+            s->channels[j->channel + i].tolerance =
+                count == 1 ? TRAVEL * room : fmin(room / (c->far * c->chain), COARSEST);
+        }
+    }
+}
+
+void skin_turns(const skin_work *w)
+{
+    const skin *k = w->out;
+    double room = skin_turn_share(w->s, k->rig) * w->m->tolerance;
+    carried *c = bake_alloc((size_t)k->bone_count, sizeof *c);
+    for (int i = 0; i < k->bone_count; i++) {
+        c[i].captured = turns(&w->rig->bones[i]);
+    }
+    for (int i = 0; i < k->vertex_count; i++) {
+        for (int j = 0; j < k->stored[i].count; j++) {
+            carry(w->rig, w->m->mesh.rest + 3 * i, k->stored[i].bone[j], c);
+        }
+    }
+    for (int i = 0; i < k->bone_count && room > 0; i++) {
+        aim(w->s, &w->rig->bones[i], &c[i], room);
+    }
+    free(c);
+}
+
+int skin_tighten(scene *s, const shape_mesh *m, double largest)
+{
+    const skin *k = m->skin;
+    if (k == NULL || largest <= m->tolerance || k->pruned > 0.95 * m->tolerance ||
+        skin_turn_share(s, k->rig) == 0) {
+        return 0;
+    }
+    double ratio = 0.9 * (m->tolerance - k->pruned) / (largest - k->pruned);
+    for (int i = 0; i < k->bone_count; i++) {
+        const scene_bone *b = &s->rigs[k->rig].bones[i];
+        for (int j = 0; j < b->joint_count; j++) {
+            for (int c = 0; c < captured(&b->joints[j]); c++) {
+                s->channels[b->joints[j].channel + c].tolerance *= fmax(0.2, fmin(0.8, ratio));
+            }
+        }
+    }
+    return 1;
+}
