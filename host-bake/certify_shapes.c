@@ -162,7 +162,7 @@ static void look_at_random(look *l)
             l->values[c] = (int32_t)floor(raw + 0.5);
         }
         additive_truth(l);
-        compare(l, l->truth, -1, i, 0);
+        compare(l, l->truth, CERTIFY_RANDOM, i, 0);
     }
 }
 

@@ -12,6 +12,9 @@ typedef struct {
     size_t bytes; /* of everything the mesh needs then */
 } certificate_level;
 
+/* `clip` of a place in a random pose of a rig. */
+#define CERTIFY_RANDOM (-2)
+
 typedef struct {
     int mesh; /* scene.meshes */
     int vertices, triangles, bases, bits;

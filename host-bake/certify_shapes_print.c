@@ -55,6 +55,8 @@ static const char *place_of(const build *b, const certificate_mesh *r, char text
     const shape_form *form = &b->shapes->mesh[r->mesh].form;
     if (r->largest <= 0) {
         snprintf(text, PLACE_BYTES, "exact");
+    } else if (r->clip == CERTIFY_RANDOM) {
+        snprintf(text, PLACE_BYTES, "in a random pose, vertex %d", r->vertex);
     } else if (r->clip >= 0) {
         snprintf(text, PLACE_BYTES, "in %.64s at %.3f s, frame %d, vertex %d",
                  b->scene->clips[r->clip].name, r->when, r->frame, r->vertex);
@@ -181,10 +183,12 @@ void certificate_print_mesh_failures(const build *b, const certificate *c, FILE 
         if (r->largest <= r->tolerance) {
             continue;
         }
-        fprintf(to,
-                "FAILED: mesh %s is off by %.3g %s, with %d bases of %d bits; the tolerance is "
-                "%.3g: ",
-                m->name, r->largest, place_of(b, r, place), r->bases, r->bits, r->tolerance);
+        fprintf(to, "FAILED: mesh %s is off by %.3g %s", m->name, r->largest,
+                place_of(b, r, place));
+        if (r->bases > 0) {
+            fprintf(to, ", with %d bases of %d bits", r->bases, r->bits);
+        }
+        fprintf(to, "; the tolerance is %.3g: ", r->tolerance);
         if (b->shapes->mesh[i].skin) {
             const scene_rig *rig = &b->scene->rigs[b->shapes->mesh[i].skin->rig];
             fprintf(to,

@@ -191,7 +191,7 @@ static int try_bake(scene *s, int verbose, shapes *sh, build *b, bake_error *err
     for (int i = 0; i < sh->count; i++) {
         certificate_mesh row;
         certify_mesh(b, &file, i, &row);
-        if (tighten(&sh->mesh[i], &row) || skin_tighten(s, &sh->mesh[i], row.largest)) {
+        if (tighten(&sh->mesh[i], &row)) {
             again = 1;
         }
         certificate_mesh_free(&row);

@@ -228,8 +228,9 @@ def brushes_keep_shapes():
         at = [50 + dx, 20 + dy]
         stiff = [{"region": {"ball": {"centre": at, "radius": 16}}, "stiffness": 300},
                  {"region": {"box": [[60 + dx, 10 + dy], [80 + dx, 30 + dy]]}, "stiffness": 900}]
-        agrees(file, {"cell": 5, "bones": points, "brush": stiff},
-               [keys("x", 0, 20), keys("a", 0, 50)], {"x": "mm", "a": "deg"})
+        for brush in (stiff, [{"region": {"vertices": [14, 25, 26, 27]}, "stiffness": 2000}]):
+            agrees(file, {"cell": 5, "bones": points, "brush": brush},
+                   [keys("x", 0, 20), keys("a", 0, 50)], {"x": "mm", "a": "deg"})
 
 
 def colours_keep_parts_apart():

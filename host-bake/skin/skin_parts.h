@@ -35,9 +35,7 @@ int skin_weights(skin_work *w, bake_error *error);
 /* skin_prune.c: stored influences; sorts vertices. */
 int skin_prune(skin_work *w, bake_error *error);
 
-/* skin_turns.c: how exactly captured bones turn. Of the mesh's tolerance they may take a share, 0 where a
- * rig has no capture; skin_turns gives their channels tolerances, after pruning. */
-double skin_turn_share(const scene *s, int rig);
+/* skin_turns.c, after pruning: how exactly captured bones turn, as tolerances of their channels. */
 void skin_turns(const skin_work *w);
 
 /* Whether a point lies in a region that is a box or a ball. */

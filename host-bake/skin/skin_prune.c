@@ -8,6 +8,7 @@
 #include "shape_parts.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -377,6 +378,32 @@ static void make_room(skin_work *w)
     }
 }
 
+/* What the player keeps a stretch in (SPEC 6.9). */
+#define STRETCH_MOST 9
+
+static void warn_stretch(const skin_work *w)
+{
+    const skin_poses *p = &w->out->poses;
+    for (int b = 0; b < w->rig->bone_count; b++) {
+        const scene_bone *bone = &w->rig->bones[b];
+        for (int k = 0; k < bone->joint_count; k++) {
+            double lo = 1, hi = 1;
+            for (int i = 0; i < p->own && bone->joints[k].kind == (int)WG_JOINT_STRETCH; i++) {
+                double v = p->value[i * p->channels + bone->joints[k].channel];
+                lo = fmin(lo, v);
+                hi = fmax(hi, v);
+            }
+            if (lo < 0 || hi > STRETCH_MOST) {
+                fprintf(stderr,
+                        "%s:%d: rig %s: warning: %s is stretched to %.3g .. %.3g of its length, of "
+                        "which the player keeps 0 .. %d; a wiggly curve swings about 0 unless its "
+                        "`force` moves that\n",
+                        w->s->path, bone->line, w->rig->name, bone->name, lo, hi, STRETCH_MOST);
+            }
+        }
+    }
+}
+
 /* Some of the poses, for views to be fitted to. */
 #define SHOWN 32
 
@@ -417,6 +444,7 @@ int skin_prune(skin_work *w, bake_error *error)
         if (k->end) {
             make_room(w);
         }
+        warn_stretch(w);
         show(w);
     }
     for (int n = 0; n < c.most; n++) {

@@ -18,18 +18,6 @@
 /* A part of a quaternion: 6 degrees. */
 #define COARSEST 0.05
 
-double skin_turn_share(const scene *s, int rig)
-{
-    for (int i = 0; i < s->clip_count; i++) {
-        for (int j = 0; j < s->clips[i].take_count; j++) {
-            if (s->clips[i].takes[j].rig == rig) {
-                return TURNS;
-            }
-        }
-    }
-    return 0;
-}
-
 /* Channels of a joint that captures fill. */
 static int captured(const scene_joint *j)
 {
@@ -67,14 +55,15 @@ static void carry(const scene_rig *rig, const double at[3], int bone, carried *o
     }
 }
 
-static void aim(scene *s, const scene_bone *b, const carried *c, double room)
+static void aim(scene *s, const scene_bone *b, const carried *c, double tolerance)
 {
     for (int k = 0; k < b->joint_count && c->chain > 0 && c->far > 0; k++) {
         const scene_joint *j = &b->joints[k];
         int count = captured(j);
         for (int i = 0; i < count; i++) {
             s->channels[j->channel + i].tolerance =
-                count == 1 ? TRAVEL * room : fmin(room / (c->far * c->chain), COARSEST);
+                count == 1 ? TRAVEL * tolerance
+                           : fmin(TURNS * tolerance / (c->far * c->chain), COARSEST);
         }
     }
 }
@@ -82,7 +71,6 @@ static void aim(scene *s, const scene_bone *b, const carried *c, double room)
 void skin_turns(const skin_work *w)
 {
     const skin *k = w->out;
-    double room = skin_turn_share(w->s, k->rig) * w->m->tolerance;
     carried *c = bake_alloc((size_t)k->bone_count, sizeof *c);
     for (int i = 0; i < k->bone_count; i++) {
         c[i].captured = turns(&w->rig->bones[i]);
@@ -92,27 +80,8 @@ void skin_turns(const skin_work *w)
             carry(w->rig, w->m->mesh.rest + 3 * i, k->stored[i].bone[j], c);
         }
     }
-    for (int i = 0; i < k->bone_count && room > 0; i++) {
-        aim(w->s, &w->rig->bones[i], &c[i], room);
+    for (int i = 0; i < k->bone_count; i++) {
+        aim(w->s, &w->rig->bones[i], &c[i], w->m->tolerance);
     }
     free(c);
-}
-
-int skin_tighten(scene *s, const shape_mesh *m, double largest)
-{
-    const skin *k = m->skin;
-    if (k == NULL || largest <= m->tolerance || k->pruned > 0.95 * m->tolerance ||
-        skin_turn_share(s, k->rig) == 0) {
-        return 0;
-    }
-    double ratio = 0.9 * (m->tolerance - k->pruned) / (largest - k->pruned);
-    for (int i = 0; i < k->bone_count; i++) {
-        const scene_bone *b = &s->rigs[k->rig].bones[i];
-        for (int j = 0; j < b->joint_count; j++) {
-            for (int c = 0; c < captured(&b->joints[j]); c++) {
-                s->channels[b->joints[j].channel + c].tolerance *= fmax(0.2, fmin(0.8, ratio));
-            }
-        }
-    }
-    return 1;
 }

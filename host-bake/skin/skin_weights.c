@@ -212,15 +212,35 @@ static int unite(skin_work *w, bake_error *error)
     return 0;
 }
 
+/* As far as this outside of the shape, in sizes of it, a place is a slip of the pen. */
+#define FIELD_FAR 0.05
+
+static int field_place(const skin_work *w, const scene_field *f, embedding *out, bake_error *error)
+{
+    double far, size = 0;
+    for (int i = 0; i < 3 * w->d.vertex_count; i++) {
+        size = fmax(size, fabs(w->d.at[i] - w->d.at[i % 3]));
+    }
+    if (domain_embed(&w->d, f->at, 1, out, &far, error) < 0) {
+        return -1;
+    }
+    return far <= FIELD_FAR * size
+               ? 0
+               : skin_fail(
+                     w, f->line, error,
+                     "the field %s at (%.4g, %.4g, %.4g) lies %.3g outside of the mesh: move it "
+                     "inside",
+                     w->s->channels[f->channel].name, f->at[0], f->at[1], f->at[2], far);
+}
+
 static int fields(skin_work *w, bake_error *error)
 {
     int count = w->rig->field_count, bones = w->out->bone_count;
-    double *at = bake_alloc(3 * (size_t)count + 1, sizeof *at), far;
     embedding *place = bake_alloc((size_t)count + 1, sizeof *place);
-    for (int i = 0; i < count; i++) {
-        memcpy(at + 3 * i, w->rig->fields[i].at, 3 * sizeof *at);
+    int err = 0;
+    for (int i = 0; i < count && err == 0; i++) {
+        err = field_place(w, &w->rig->fields[i], &place[i], error);
     }
-    int err = count > 0 ? domain_embed(&w->d, at, count, place, &far, error) : 0;
     w->out->field = bake_alloc((size_t)count * (size_t)bones + 1, sizeof *w->out->field);
     for (int i = 0; i < count && err == 0; i++) {
         double *row = w->out->field + (size_t)i * (size_t)bones, sum = 0;
@@ -237,7 +257,6 @@ static int fields(skin_work *w, bake_error *error)
         }
     }
     free(place);
-    free(at);
     return err;
 }
 

@@ -283,9 +283,7 @@ int skin_make(scene *s, shape_mesh *m, int verbose, bake_error *error)
     if (verbose && isatty(2)) {
         fprintf(stderr, "\rrig %s: weights\033[K", w.rig->name);
     }
-    m->skin->tolerance = w.rig->tolerance > 0
-                             ? w.rig->tolerance
-                             : (0.9 - skin_turn_share(s, rig)) * m->tolerance;
+    m->skin->tolerance = w.rig->tolerance > 0 ? w.rig->tolerance : 0.9 * m->tolerance;
     int err = w.rig->weights == WEIGHTS_FILE ? from_file(&w, error) : solve(&w, error);
     if (err == 0) {
         err = skin_prune(&w, error);

@@ -48,10 +48,6 @@ int skins_prepare(scene *s, bake_error *error);
 int skin_make(scene *s, shape_mesh *m, int verbose, bake_error *error);
 void skin_free(skin *k);
 
-/* The finished file is off by `largest`: captured bones shall turn more exactly. 1: they will; 0: it is good
- * enough, or that is not what it takes. */
-int skin_tighten(scene *s, const shape_mesh *m, double largest);
-
 /* Vertices posed by the weights as solved (stored = 0), or by the stored ones. rest: vertex_count x 3.
  */
 void skin_pose(const scene_rig *rig, const skin *k, const double *value, const double *rest,

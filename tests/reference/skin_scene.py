@@ -232,7 +232,8 @@ class Rig:
         if self.E is None:
             return weight, None
         end = np.zeros_like(weight)
-        end[:, columns] = embed @ np.nan_to_num(self.E)
+        # where a bone moves nothing, how its values go on is the baker's
+        end[:, columns] = embed @ np.where(np.isnan(self.E), found["e"].T, self.E)
         if "filter" in e:
             end = oracle.filtered(e["filter"], end)
         return weight, end
@@ -276,7 +277,9 @@ class Rig:
             return None
         rho = np.zeros(self.domain.n)
         for b in self.entry["brush"]:
-            at = inside(b["region"], self.domain.at)
+            listed = b["region"].get("vertices")  # of the mesh: what carries them
+            at = inside(b["region"], self.domain.at) if listed is None else \
+                self.domain.embed(self.rest[listed]).max(axis=0) > 1e-9
             rho[at] = np.maximum(rho[at], b["stiffness"] / self.size() ** 2)
         return rho
 
