@@ -350,7 +350,7 @@ static double reach_along(const skin_work *w, const rig_bone *bones, const doubl
 }
 
 /* What endpoint weights need: places along bones, in pairs of raw units, have 16 bits (SPEC 6.10). */
-static void make_room(skin_work *w)
+static double farthest_along(const skin_work *w)
 {
     const skin_poses *p = &w->out->poses;
     rig_bone *bones = bake_alloc((size_t)w->out->bone_count, sizeof *bones);
@@ -363,9 +363,29 @@ static void make_room(skin_work *w)
     }
     free(at);
     free(bones);
+    return far;
+}
+
+/* Places of bones fit their records (SPEC 4.18), and o of 6.10 times 2^6 its 32 bits. */
+static int places_fit(const skin_work *w, int frac)
+{
+    int good = 1;
+    for (int i = 0; i < 3 * w->rig->bone_count; i++) {
+        double x = w->rig->bones[i / 3].from[i % 3], o = x - w->m->form.origin[i % 3];
+        good = good && ldexp(fabs(x), frac + (int)WG_POSE_BITS) < (double)WG_BONE_PLACE &&
+               ldexp(fabs(o), frac + (int)WG_POSE_BITS) < (double)(1L << 25);
+    }
+    return good;
+}
+
+/* A coarser unit of the shape where bones need it. */
+static void make_room(skin_work *w)
+{
+    double far = w->out->end ? farthest_along(w) : 0;
     shape_form *form = &w->m->form;
     int frac = form->frac;
-    while (ldexp(far, frac - 1) > 32000) {
+    while (frac > (int)WG_SHAPE_FRAC_MIN &&
+           (ldexp(far, frac - 1) > 32000 || !places_fit(w, frac))) {
         frac--;
     }
     if (frac < form->frac) {
@@ -441,9 +461,7 @@ int skin_prune(skin_work *w, bake_error *error)
         if (w->m->form.basis_count == 0) {
             sort(w);
         }
-        if (k->end) {
-            make_room(w);
-        }
+        make_room(w);
         warn_stretch(w);
         show(w);
     }
