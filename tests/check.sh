@@ -65,6 +65,7 @@ step "meshes to bases" $python tests/test_bake_pca.py
 step "damaged files" $python tests/test_bake_damage.py
 step "bodies, hostile input" $python tests/test_bake_body_damage.py
 step "rigs, hostile input" $python tests/test_bake_skin_damage.py
+step "rigs end to end" $python tests/test_bake_skins.py
 step "bodies end to end" $python tests/test_bake_bodies.py
 step "solids against mpmath" $python tests/reference/solid_oracle.py --check
 step "talking face" $python tests/test_bake_face.py

@@ -220,6 +220,18 @@ static int check_handles(const held *hold, const char *const *name, bake_error *
     return 0;
 }
 
+double bounded_coupled_residual(const bounded_system *s, const double *w)
+{
+    bounded_report *r = bake_alloc((size_t)s->m, sizeof *r);
+    double worst = 0;
+    judge(s, BOUNDED_COUPLED, w, r);
+    for (int j = 0; j < s->m; j++) {
+        worst = fmax(worst, fmax(r[j].stationarity, fmax(r[j].dual, r[j].bounds)));
+    }
+    free(r);
+    return worst;
+}
+
 /* From free vertices to all; energies. */
 static void expand(const sparse *q, const held *hold, const bounded_system *s, const double *free_w,
                    double *w, bounded_report *r)

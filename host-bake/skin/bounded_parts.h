@@ -112,6 +112,9 @@ void bounded_border_free(bounded_desk *desk, bounded_border *f);
 int bounded_polish(bounded_desk *desk, const bounded_system *s, const double *b, double *w,
                    int *factors);
 
+/* The largest of all handles' residuals. w: n x m, rows that sum to 1. */
+double bounded_coupled_residual(const bounded_system *s, const double *w);
+
 /* All handles, summing to 1. */
 int bounded_coupled(bounded_system *s, double *w, bounded_report *r, bake_error *error);
 
