@@ -153,17 +153,11 @@ int scene_add_channel(scene *s, const char *rig, const char *bone, const char *w
 
 static const char *const travels[3] = {"move_x", "move_y", "move_z"};
 
-/* Of a captured quaternion: an eighth of a degree. Captures shake by more, and to follow that takes
- * many bytes. */
-#define CAPTURED_TOLERANCE 0.001
-
 void scene_add_captured(scene *s, const scene_rig *rig, scene_bone *bone, int travel)
 {
     bone->captured = s->channel_count;
-    for (int k = 0; k < 4; k++) {
-        int channel = scene_add_channel(s, rig->name, bone->name, parts[k], k == 0);
-        s->channels[channel].tolerance = CAPTURED_TOLERANCE;
-    }
+    for (int k = 0; k < 4; k++)
+        scene_add_channel(s, rig->name, bone->name, parts[k], k == 0);
     bone->travels = travel ? s->channel_count : -1;
     for (int k = 0; travel && k < 3; k++)
         scene_add_channel(s, rig->name, bone->name, travels[k], 0);

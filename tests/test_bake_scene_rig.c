@@ -151,8 +151,7 @@ static void channels_are_added(void)
     for (size_t i = 0; i < sizeof added / sizeof *added; i++) {
         const scene_channel *c = &s.channels[added[i].index];
         CHECK(strcmp(c->name, added[i].name) == 0 && c->unit == WG_UNIT_NONE);
-        int captured = i != 0 && i != 1 && i != 2 && strstr(added[i].name, "move") == NULL;
-        CHECK(c->tolerance == (captured ? 0.001 : 0) && fabs(c->rest - added[i].rest) == 0);
+        CHECK(c->tolerance == 0 && fabs(c->rest - added[i].rest) == 0);
     }
     const scene_bone *b = s.rigs[3].bones;
     CHECK(strcmp(b[1].node, "Chest 2") == 0 && b[1].captured == CHEST && b[1].travels == -1);

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """The whole path on the examples: baked, played here and on emulated boards, and measured at the
-far end: the servo bus of a Cortex-M4 (nod, puppet, rod), the displays of a Cortex-M3 (faerie, face,
-cactus) and of a Cortex-M4 (morph); the other examples of bodies as contact sheets.
+far end: the servo bus of a Cortex-M4 (nod, puppet, rod, homer), the displays of a Cortex-M3
+(faerie, face, cactus, homer) and of a Cortex-M4 (morph), a colour panel (cartoon); the other
+examples of bodies and rigs as contact sheets.
 
     demo.py [NAME...]        all of them
 
@@ -38,7 +39,8 @@ FRAME_US = 20000
 EXAMPLES = {"nod": (["nod", "jaw", "lid_left", "ear_left", "antenna_left"], (2.6, 3.4)),
             "puppet": (["elbow_right", "shoulder_left", "knee_left", "hip_left", "spine"],
                        (2.9, 3.7)),
-            "rod": (["shoulder", "elbow", "wrist", "finger"], (1.2, 2.0))}
+            "rod": (["shoulder", "elbow", "wrist", "finger"], (1.2, 2.0)),
+            "homer": (["shoulder_right", "elbow_right", "spine", "neck"], (2.9, 3.7))}
 
 # Bounds in steps of a servo (1/4 us; 1/4096 turn). The firmware rounds to the nearest step after it
 # rounded the map down to 1/256 step.
@@ -280,7 +282,9 @@ def measure_screens(screens):
 
 def main(names):
     examples = [Example(name) for name in names if name in EXAMPLES]
-    screens = [demo_screen.Screen(name) for name in names if name in demo_screen.SHOWS] + \
+    screens = [demo_screen.Screen(name, name in EXAMPLES) for name in names
+               if name in demo_screen.SHOWS] + \
+        [demo_screen.Panel(name) for name in names if name in demo_screen.PANELS] + \
         [demo_screen.Sheet(name) for name in names if name in demo_screen.SHEETS]
     try:
         for example in examples:
@@ -297,7 +301,8 @@ def main(names):
 
 
 if __name__ == "__main__":
-    known = list(dict.fromkeys([*EXAMPLES, *demo_screen.SHOWS, *demo_screen.SHEETS]))
+    known = list(dict.fromkeys([*EXAMPLES, *demo_screen.SHOWS, *demo_screen.PANELS,
+                               *demo_screen.SHEETS]))
     if not set(sys.argv[1:]) <= set(known):
         sys.exit("usage: demo.py [" + "|".join(known) + "]...")
     try:

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The demonstration's displays: an example with meshes is baked, the firmware shows it on an
 emulated board, and screendumps at several moments are compared with `wiggly play` on this machine,
-dot for dot.
+dot for dot. QEMU has no colour display: there the firmware runs on this machine and what it sends
+goes into an emulated panel.
 
-The other examples of bodies are baked and made into contact sheets.
+The other examples of bodies and rigs are baked and made into contact sheets.
 
 Left in build/demo/NAME: the clip, certificate.json, sheet.png (the whole show, in colour),
 board_*.elf and .ppm (the firmware up to a moment, what QEMU's display then showed), oled.png (the
@@ -26,14 +27,17 @@ import clip_source
 import run_board
 from demo_run import ROOT, Directory, Failure, run
 
+sys.path.insert(0, os.path.join(ROOT, "tests"))
+import test_screens  # noqa: E402
+
 TICK_US = 20000  # of the baker's header
 GIF_TICKS = 3    # from picture to picture in the GIF, about what the boards manage
 QEMU_DOTS = 4    # both displays' surfaces show a pixel as 4 x 4 dots
 GAP, LABEL, COLUMNS = 10, 18, 2
 PAPER, INK = (32, 32, 36), (200, 200, 200)
 
-# view, mesh: what the display wants otherwise than the example
-Show = namedtuple("Show", "board glass seconds moments view mesh")
+# view, mesh: what the display wants otherwise than the example; turned: it stands upright
+Show = namedtuple("Show", "board glass seconds moments view mesh turned", defaults=[False])
 SHOWS = {
     "faerie": Show("lm3s6965evb", "grey OLED of 128 x 64", 9,
                    (1.0, 4.9, 6.0, 7.3, 7.7, 8.1, 8.5, 8.9), {}, {}),
@@ -43,10 +47,18 @@ SHOWS = {
     # 16 lines are too few for dots to look like greys
     "morph": Show("mps2-an386-ssd0303", "black and white OLED of 96 x 16", 4.2,
                   (0.0, 0.5, 0.9, 1.3, 1.7, 2.2), {"shading": "wireframe"},
-                  {"colour": [255, 255, 255]})}
+                  {"colour": [255, 255, 255]}),
+    "homer": Show("lm3s6965evb", "grey OLED of 128 x 64, upright", 8,
+                  (0.5, 1.1, 3.2, 4.3, 5.3, 6.4),
+                  {"roll": 90, "yaw": 210, "target": [5, 50, -3], "size": 80},
+                  {"colour": [255, 255, 255]}, True)}
+# the same without an emulated board: the panel's name stands for it
+PANELS = {"cartoon": Show("st7789", "colour TFT of 240 x 240", 4,
+                          (0.0, 0.5, 1.0, 1.5, 2.0, 3.0), {}, {})}
 # examples of which contact sheets are made: size of a picture
 SHEETS = {"rod": "160x160", "luxo": "256x128", "block": "160x160", "cloth": "160x160",
-          "walk": "160x160", "bug": "160x160"}
+          "walk": "160x160", "bug": "160x160", "twist": "160x160", "cigar": "200x200",
+          "elbow": "200x200"}
 
 
 class Sheet(Directory):
@@ -90,23 +102,32 @@ class Sheet(Directory):
 
     def last_line(self):
         m = self.certificate["meshes"][0]
-        return f"{self.name}: {self.certificate['bytes']} bytes, {len(self.clips)} clips, " \
+        return f"{self.name}: {self.certificate['bytes']} bytes, {len(self.clips)} clip" \
             f"posed error {m['error_max']:.3g} <= {m['tolerance']:.3g}"
 
 
 class Screen(Directory):
-    def __init__(self, name):
+    DOTS = QEMU_DOTS
+
+    def __init__(self, name, baked=False):
+        """baked: its servos' half of the demonstration has done so."""
         super().__init__(name)
-        self.name, self.show = name, SHOWS[name]
-        self.panel = run_board.board_values(self.show.board)["PANEL"]
+        self.name, self.baked = name, baked
+        self.show = self.choose()
         self.clip = self.path(name + ".wgl")
+
+    def choose(self):
+        show = SHOWS[self.name]
+        self.panel = run_board.board_values(show.board)["PANEL"]
+        return show
 
     # ---- here ----------------------------------------------------------------------------------
 
     def bake(self):
         scene = f"examples/{self.name}/{self.name}.yaml"
-        run(["build/wiggly", "bake", scene, "-o", self.clip, "--quiet", "--json",
-             self.path("certificate.json")])
+        if not self.baked:
+            run(["build/wiggly", "bake", scene, "-o", self.clip, "--quiet", "--json",
+                 self.path("certificate.json")])
         run(["build/wiggly", "play", self.clip, "--png", self.path("sheet.png"), "--seconds",
              str(self.show.seconds)])
         with open(self.path("certificate.json")) as f:
@@ -119,7 +140,8 @@ class Screen(Directory):
             content = yaml.safe_load(f)
         content["views"][0].update(self.show.view)
         for mesh in content["meshes"]:
-            mesh.update(self.show.mesh)  # its file has an absolute path: the scene moves
+            mesh.update(self.show.mesh)
+            mesh["file"] = os.path.join(ROOT, os.path.dirname(scene), mesh["file"])
         with open(self.path("display.yaml"), "w") as f:
             yaml.safe_dump(content, f, sort_keys=False)
         run(["build/wiggly", "bake", self.path("display.yaml"), "-o", self.path("display.wgl"),
@@ -135,7 +157,7 @@ class Screen(Directory):
                  os.path.join(d, "%04d.png")])
             frames = [Image.open(os.path.join(d, name)).convert("RGB")
                       for name in sorted(os.listdir(d))]
-        return [frame.resize((QEMU_DOTS * frame.width, QEMU_DOTS * frame.height), Image.NEAREST)
+        return [frame.resize((self.DOTS * frame.width, self.DOTS * frame.height), Image.NEAREST)
                 for frame in frames]
 
     # ---- on the board --------------------------------------------------------------------------
@@ -188,16 +210,22 @@ class Screen(Directory):
         dumps = self.dumps()
         self.equal = [dump.size == want[frame].size and dump.tobytes() == want[frame].tobytes()
                       for dump, frame in zip(dumps, self.frames)]
-        self.arrange(dumps).save(self.path("oled.png"))
+        self.arrange([self.upright(dump) for dump in dumps]).save(self.path("oled.png"))
         # GIF counts hundredths of a second, of which a tick has a whole number
-        grey = [frame.convert("L") for frame in want[::GIF_TICKS]]
-        grey[0].save(self.path("oled.gif"), save_all=True, append_images=grey[1:], loop=0,
-                     duration=GIF_TICKS * TICK_US // 1000)
+        shown = [self.upright(self.gif_colours(frame)) for frame in want[::GIF_TICKS]]
+        shown[0].save(self.path("oled.gif"), save_all=True, append_images=shown[1:], loop=0,
+                      duration=GIF_TICKS * TICK_US // 1000)
         # pictures that are empty or all the same would be equal whatever the board does
         seen = {dump.tobytes() for dump in dumps}
         if len(seen) < len(dumps) or any(dump.getcolors(1) for dump in dumps):
             raise Failure(f"{self.name}: two moments look the same, or one is empty")
         return all(self.equal)
+
+    def gif_colours(self, frame):
+        return frame.convert("L")
+
+    def upright(self, picture):
+        return picture.transpose(Image.ROTATE_90) if self.show.turned else picture
 
     # ---- what came of it -----------------------------------------------------------------------
 
@@ -219,16 +247,22 @@ class Screen(Directory):
     def table(self):
         meshes = self.certificate["meshes"]
         yield f"{self.name}: {len(meshes)} mesh{'es' if len(meshes) > 1 else ''} on the " \
-            f"{self.show.glass} of {self.show.board}"
+            f"{self.place()}"
         for m in meshes:
             yield f"  {m['mesh']:<18}{m['vertices']} vertices, {m['triangles']} triangles, " \
                 f"{m['bases']} bases of {m['bits']} bits, posed error {m['error_max']:.3g} <= " \
                 f"{m['tolerance']:.3g}"
-        yield f"  a picture takes {self.picture_ms:.0f} ms there, between ticks of 20 ms that are " \
-            "never late"
+        yield from self.time_taken()
         for k, frame in enumerate(self.frames):
             if not self.equal[k]:
                 yield f"  FAILED: the screendump at {self.time(frame)} is not the host's picture"
+
+    def place(self):
+        return f"{self.show.glass} of {self.show.board}"
+
+    def time_taken(self):
+        yield f"  a picture takes {self.picture_ms:.0f} ms there, between ticks of 20 ms that are " \
+            "never late"
 
     def last_line(self):
         meshes = self.certificate["meshes"]
@@ -236,3 +270,53 @@ class Screen(Directory):
             f"{sum(m['bases'] for m in meshes)} bases, posed error " \
             f"{max(m['error_max'] for m in meshes):.3g}, {sum(self.equal)} of " \
             f"{len(self.equal)} screendumps equal"
+
+
+class Panel(Screen):
+    """The firmware on this machine, its bytes into an emulated panel (tests/reference/panels.py)."""
+    DOTS = 1
+
+    def choose(self):
+        show = PANELS[self.name]
+        self.panel = show.board
+        return show
+
+    def cost(self):
+        """This machine's time says nothing of a microcontroller's."""
+
+    def dumps(self):
+        return [self.shown(frame + 1) for frame in self.frames]
+
+    def shown(self, frames):
+        stem = self.path("board_" + self.name)
+        clip_source.main(self.on_board, stem)
+        clip, wire = os.path.relpath(stem, ROOT) + ".wgl", self.path("wire.txt")
+        run(["make", "-s", "BOARD=host", f"PANEL={self.panel}", f"CLIP={clip}",
+             f"FRAMES={frames}", "image"])
+        image = os.path.join(ROOT, f"build/host/board_{self.name}/main.elf")
+        log, panel = self.path("board.log"), test_screens.PANELS[self.panel][0]()
+        run([sys.executable, "tests/tools/run_board.py", "host", image, "--log", log, "--bus",
+             self.path("bus.bin")], env={**os.environ, "WIGGLY_WIRE": wire})
+        with open(log) as f:
+            said = f.read().splitlines()
+        if "done" not in said or any("late" in line for line in said):
+            raise Failure(f"{self.name}: the firmware ended late, or not at all: {said}")
+        rows = test_screens.feed(panel, wire).picture()
+        picture = Image.new("RGB", (len(rows[0]), len(rows)))
+        picture.putdata([tuple(self.widen(v, most) for v, most in zip(dot, (31, 63, 31)))
+                         for row in rows for dot in row])
+        return picture
+
+    @staticmethod
+    def widen(level, most):
+        """5 or 6 bits as 8: the first bits again behind the last."""
+        return level << 3 | level >> 2 if most == 31 else level << 2 | level >> 4
+
+    def gif_colours(self, frame):
+        return frame.quantize(128)
+
+    def place(self):
+        return self.show.glass + f" ({self.panel}), emulated"
+
+    def time_taken(self):
+        yield "  drawn by the firmware on this machine"
