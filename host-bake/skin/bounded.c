@@ -1,5 +1,5 @@
-/* Bounded biharmonic weights: what can be solved, who solves it, and whether it
- * is solved. Source: Jacobson 2013, 4.3 (4.2)-(4.8), 2.2.3.
+/* Bounded biharmonic weights: what can be solved, who solves it, and whether it is solved.
+ * Source: Jacobson 2013, 4.3 (4.2)-(4.8), 2.2.3.
  *
  *   W  n x m   of all vertices, column by column
  * SPDX-License-Identifier: AGPL-3.0-or-later */
@@ -26,12 +26,9 @@ static const char *name_of(const char *const *name, int j, char room[32])
     return name ? name[j] : room;
 }
 
-/* ---- optimality
- * -------------------------------------------------------------------------------
- */
+/* ---- optimality ------------------------------------------------------------------------------- */
 
-/* The multiplier of a row's sum: the mean of g over its weights that are not 0.
- */
+/* The multiplier of a row's sum: the mean of g over its weights that are not 0. */
 static void multipliers(const bounded_system *s, const double *w, const double *g, double *lambda)
 {
     size_t n = (size_t)s->n;
@@ -78,7 +75,7 @@ static void measure_free(const bounded_system *s, const double *w, const double 
     }
 }
 
-static void judge(const bounded_system *s, bounded_kind kind, const double *w, bounded_report *r)
+void bounded_judge(const bounded_system *s, bounded_kind kind, const double *w, bounded_report *r)
 {
     size_t n = (size_t)s->n, m = (size_t)s->m;
     double *g = bake_alloc(n * m, sizeof *g);
@@ -117,9 +114,7 @@ static int check(const bounded_report *r, int m, bounded_kind kind, const char *
     return 0;
 }
 
-/* ---- solutions
- * --------------------------------------------------------------------------------
- */
+/* ---- solutions -------------------------------------------------------------------------------- */
 
 int bounded_no_factor(const bounded_system *s, int result, bake_error *error)
 {
@@ -149,7 +144,7 @@ static int solve_alone(bounded_system *s, const char *const *name, double *w, bo
     char room[32];
     err = bounded_approach(s, 0, w, error);
     if (err == 0) {
-        bounded_each(s->threads, s->m, &work);
+        bounded_each(s, s->m, &work);
     }
     for (int j = 0; j < s->m && err == 0; j++) {
         r[j].factors = p.factors[j];
@@ -166,20 +161,24 @@ static int solve_alone(bounded_system *s, const char *const *name, double *w, bo
     return err;
 }
 
+static int solve_coupled(bounded_system *s, double *w, bounded_report *r, bake_error *error)
+{
+    r[0].factors = 2; /* of Q, and of what the iterations solve with */
+    return bounded_approach(s, 1, w, error);
+}
+
 /* -Q^-1 b, and once more for what is left over */
-static int solve_free(const bounded_system *s, double *w, bounded_report *r, bake_error *error)
+static int solve_free(bounded_system *s, double *w, bounded_report *r, bake_error *error)
 {
     size_t n = (size_t)s->n, m = (size_t)s->m;
     double *x = bake_alloc(n * m, sizeof *x);
     bounded_factor f;
-    bounded_desk desk;
-    bounded_desk_make(&desk);
-    int result = bounded_factor_make(&desk, s, NULL, NULL, &f);
+    int result = bounded_factor_make(s->desk, s, NULL, NULL, &f);
     for (int k = 0; k < 2 && result == 0; k++) {
         for (size_t j = 0; j < m; j++) {
             bounded_gradient(s, s->b + n * j, w + n * j, x + n * j);
         }
-        result = bounded_factor_solve(&desk, &f, x, s->m);
+        result = bounded_factor_solve(s->desk, &f, x, s->m);
         for (size_t i = 0; i < n * m; i++) {
             w[i] -= x[i];
         }
@@ -187,15 +186,12 @@ static int solve_free(const bounded_system *s, double *w, bounded_report *r, bak
     for (size_t j = 0; j < m; j++) {
         r[j].factors = j == 0;
     }
-    bounded_factor_free(&desk, &f);
-    bounded_desk_free(&desk);
+    bounded_factor_free(s->desk, &f);
     free(x);
     return result == 0 ? 0 : bounded_no_factor(s, result, error);
 }
 
-/* ---- all vertices
- * -----------------------------------------------------------------------------
- */
+/* ---- all vertices ----------------------------------------------------------------------------- */
 
 static int check_handles(const held *hold, const char *const *name, bake_error *error)
 {
@@ -218,18 +214,6 @@ static int check_handles(const held *hold, const char *const *name, bake_error *
         }
     }
     return 0;
-}
-
-double bounded_coupled_residual(const bounded_system *s, const double *w)
-{
-    bounded_report *r = bake_alloc((size_t)s->m, sizeof *r);
-    double worst = 0;
-    judge(s, BOUNDED_COUPLED, w, r);
-    for (int j = 0; j < s->m; j++) {
-        worst = fmax(worst, fmax(r[j].stationarity, fmax(r[j].dual, r[j].bounds)));
-    }
-    free(r);
-    return worst;
 }
 
 /* From free vertices to all; energies. */
@@ -265,10 +249,10 @@ int bounded_solve(const sparse *q, const held *hold, bounded_kind kind, const ch
     if (s.n > 0) {
         err = kind == BOUNDED_FREE       ? solve_free(&s, x, r, error)
               : kind == BOUNDED_SEPARATE ? solve_alone(&s, name, x, r, error)
-                                         : bounded_coupled(&s, x, r, error);
+                                         : solve_coupled(&s, x, r, error);
     }
     if (err == 0) {
-        judge(&s, kind, x, r);
+        bounded_judge(&s, kind, x, r);
         expand(q, hold, &s, x, w, r);
         if (report) {
             memcpy(report, r, (size_t)s.m * sizeof *r);

@@ -1,182 +1,59 @@
-/* Weights near the exact ones, all handles at once: the alternating direction
- * method of multipliers, as one map of one variable y, whose fixed point is
- * extrapolated. z = P y              nearest allowed weights x = (Q + R)^-1 (R
- * (2 z - y) - b) y <- y + 1.6 (x - z) R = 0.3 / diag(Q^-1): what a vertex alone
- * resists. With R = 0.1 diag(Q), which slivers make stiff, 60 iterations left
- * weights of a hand of 8,382 vertices wrong by 0.14; with this one by 0.016,
- * and extrapolated by 5e-4. Source: Boyd et al. 2011; Walker and Ni 2011
- * (extrapolation); the metric is own.
+/* Weights near the exact ones, all handles at once: the alternating direction method of multipliers,
+ * as one map of one variable y, whose fixed point is extrapolated.
+ *   z = P y                              the nearest weights that are allowed
+ *   x = (Q + R)^-1 (R (2 z - y) - b)
+ *   y <- y + 1.6 (x - z)
+ * R = 0.3 / diag(Q^-1): what a vertex alone resists. With R = 0.1 diag(Q), which slivers make stiff,
+ * 60 iterations left weights of a hand of 8,382 vertices wrong by 0.14; with this one by 0.016, and
+ * extrapolated by 5e-4. 100 are exact to 5e-6.
+ * Source: Boyd et al. 2011; Walker and Ni 2011 (extrapolation); the metric is own.
  *
- *   Y, W  n x m                    y and z, column by column
- *   S, C  n x HISTORY, a column    differences of y + 1.6 (x - z), and of
- * sqrt(R) (x - z) SPDX-License-Identifier: AGPL-3.0-or-later */
-#include "bounded_parts.h"
+ *   Y, W  n x m    y and z, column by column
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
+#include "bounded_track.h"
 
-#include <cblas.h>
-#include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define HISTORY            8
-#define RELAXATION         1.6
-/* Handles alone are made exact afterwards. 40, 60, 80 and 100 iterations and
- * what follows cost about the same from 60 on. */
-#define ITERATIONS_ALONE   80
-/* Handles together are not: they end when the residual is as asked for, looked at now and then. */
-#define ITERATIONS_COUPLED 4000
-#define LOOK               25
-#define RESIDUAL_COUPLED   5e-7
-/* x - z, in units of weight: far below what is asked for. */
-#define NEAR               1e-7
+/* Handles alone are made exact afterwards. ARRIVED: |x - z| of the first one, by the metric; with 1e-3 and
+ * with 3e-5 iterations and what follows take longer. */
+#define ITERATIONS_ALONE 160
+#define ARRIVED          1e-4
 
-/* The past of one column. */
-typedef struct {
-    double *S, *C;
-    double *plain, *residual; /* y + 1.6 (x - z) and sqrt(R) (x - z) of the last iteration */
-    double *best;             /* plain of the smallest residual since the last reset */
-    double *y, *w, *x;
-    double *right;             /* R (2 z - y) - b, then x */
-    double norm, dot[HISTORY]; /* |residual|^2; residual^T C */
-    double row[HISTORY];       /* the newest column of C times C */
-    double far;                /* largest |x - z| */
-} track;
-
-/* Columns that are extrapolated as one. */
-typedef struct {
-    int count, newest; /* differences so far, the slot of the last one */
-    int fresh;         /* 1: no last iteration to take a difference from */
-    double gram[HISTORY][HISTORY], mix[HISTORY];
-    double best;
-} history;
+/* Handles that sum to one are exact here. A limb beyond the last handle is slow: it goes on to move by
+ * ten times what it has moved in CHECK iterations. */
+#define ITERATIONS_COUPLED 2000
+#define CHECK              20
+#define MOVED              4e-6
+#define OPTIMAL            8e-7
+#define STRIPE             4096 /* vertices whose rows one thread projects */
 
 typedef struct {
-    const bounded_system *s;
+    bounded_system *s;
     bounded_factor factor; /* of Q + R */
     double *root;          /* sqrt(R) */
-    track *track;          /* m */
+    track *tracks;         /* m */
     int block;             /* columns that are solved for together */
     int failed;
 } approach;
 
-/* ---- extrapolation
- * ----------------------------------------------------------------------------
- */
-
-static void track_make(track *t, size_t n)
+static int blocks(approach *a)
 {
-    t->S = bake_alloc(n * HISTORY, sizeof *t->S);
-    t->C = bake_alloc(n * HISTORY, sizeof *t->C);
-    t->plain = bake_alloc(n, sizeof *t->plain);
-    t->residual = bake_alloc(n, sizeof *t->residual);
-    t->best = bake_alloc(n, sizeof *t->best);
+    int halves = (a->s->m + 23) / 24 * 2; /* of up to 12, for two threads at least */
+    a->block = (a->s->m + halves - 1) / halves;
+    return (a->s->m + a->block - 1) / a->block;
 }
 
-static void track_free(track *t)
+/* right = R (2 z - y) - b */
+static void load(const track *t, const double *metric, const double *b, int n)
 {
-    free(t->S);
-    free(t->C);
-    free(t->plain);
-    free(t->residual);
-    free(t->best);
-}
-
-static void track_measure(track *t, const double *root, int n)
-{
-    t->norm = t->far = 0;
     for (int i = 0; i < n; i++) {
-        double f = t->x[i] - t->w[i], scaled = root[i] * f;
-        t->norm += scaled * scaled;
-        t->far = fmax(t->far, fabs(f));
+        t->x[i] = metric[i] * (2 * t->w[i] - t->y[i]) - b[i];
     }
 }
 
-/* Takes the iteration into the history; y becomes the plain step. */
-static void track_push(track *t, const double *root, int n, const history *h)
-{
-    double *S = t->S + (size_t)h->newest * (size_t)n, *C = t->C + (size_t)h->newest * (size_t)n;
-    for (int i = 0; i < n; i++) {
-        double f = t->x[i] - t->w[i], step = t->y[i] + RELAXATION * f;
-        if (!h->fresh) {
-            S[i] = step - t->plain[i];
-            C[i] = root[i] * f - t->residual[i];
-        }
-        t->plain[i] = t->y[i] = step;
-        t->residual[i] = root[i] * f;
-    }
-    int count = h->count < HISTORY ? h->count : HISTORY;
-    for (int k = 0; k < count; k++) {
-        const double *other = t->C + (size_t)k * (size_t)n;
-        t->row[k] = cblas_ddot(n, C, 1, other, 1);
-        t->dot[k] = cblas_ddot(n, t->residual, 1, other, 1);
-    }
-}
-
-/* The mix of past steps whose residual is least. Returns how many. */
-static int history_mix(history *h, const track *tracks, int columns)
-{
-    double gram[HISTORY * HISTORY];
-    int count = h->count < HISTORY ? h->count : HISTORY;
-    memset(h->mix, 0, sizeof h->mix);
-    for (int k = 0; k < count; k++) {
-        double sum = 0;
-        for (int j = 0; j < columns; j++) {
-            sum += tracks[j].row[k];
-            h->mix[k] += tracks[j].dot[k];
-        }
-        h->gram[k][h->newest] = h->gram[h->newest][k] = sum;
-    }
-    for (int k = 0; k < count; k++) {
-        for (int l = 0; l < count;
-             l++) { /* 1e-10: nearly dependent columns are no reason to fail */
-            gram[k * count + l] = h->gram[k][l] * (k == l ? 1 + 1e-10 : 1);
-        }
-    }
-    if (count && LAPACKE_dposv(LAPACK_COL_MAJOR, 'L', count, 1, gram, count, h->mix, count) != 0) {
-        h->count = count = 0;
-    }
-    return count;
-}
-
-/* From x to the next y. A residual that has doubled: back to the best step, and
- * a new history. */
-static void advance(track *tracks, int columns, const approach *a, history *h)
-{
-    int n = a->s->n;
-    double norm = 0;
-    for (int j = 0; j < columns; j++) {
-        track_measure(&tracks[j], a->root, n);
-        norm += tracks[j].norm;
-    }
-    if (norm > 4 * h->best && h->count > 0) {
-        for (int j = 0; j < columns; j++) {
-            memcpy(tracks[j].y, tracks[j].best, (size_t)n * sizeof(double));
-        }
-        *h = (history){.fresh = 1, .best = HUGE_VAL};
-        return;
-    }
-    if (!h->fresh) {
-        h->newest = h->count++ % HISTORY;
-    }
-    for (int j = 0; j < columns; j++) {
-        track_push(&tracks[j], a->root, n, h);
-        if (norm < h->best) {
-            memcpy(tracks[j].best, tracks[j].plain, (size_t)n * sizeof(double));
-        }
-    }
-    h->best = fmin(h->best, norm);
-    h->fresh = 0;
-    int count = history_mix(h, tracks, columns);
-    for (int j = 0; j < columns; j++) {
-        for (int k = 0; k < count; k++) {
-            cblas_daxpy(n, -h->mix[k], tracks[j].S + (size_t)k * (size_t)n, 1, tracks[j].y, 1);
-        }
-    }
-}
-
-/* ---- handles alone
- * ----------------------------------------------------------------------------
- */
+/* ---- handles alone ---------------------------------------------------------------------------- */
 
 static void clamp(const double *y, int n, double *w)
 {
@@ -185,197 +62,253 @@ static void clamp(const double *y, int n, double *w)
     }
 }
 
-/* right = R (2 z - y) - b */
-static void load(const track *t, const double *metric, const double *b, int n)
+/* What a block of columns needs besides its tracks. */
+typedef struct {
+    history past;
+    double first; /* |x - z|^2 of the first iteration */
+    int arrived;
+} column;
+
+static void advance(approach *a, int j, column *c)
 {
-    for (int i = 0; i < n; i++) {
-        t->right[i] = metric[i] * (2 * t->w[i] - t->y[i]) - b[i];
-    }
+    track *t = &a->tracks[j];
+    track_measure(t, a->root, a->s->n);
+    c->first = c->first > 0 ? c->first : t->norm;
+    c->arrived = t->norm <= ARRIVED * ARRIVED * c->first;
+    history_begin(&c->past, t, 1);
+    track_push(t, a->root, a->s->n, &c->past);
+    history_mix(&c->past, t, 1);
+    track_add(t, a->s->n, &c->past);
 }
 
-/* A block of columns from beginning to end; those that have arrived drop out.
- */
+/* One iteration of the columns that have not arrived. Returns how many there were. */
+static int iterate(approach *a, const int range[2], column *c, double *x, bounded_desk *desk)
+{
+    const bounded_system *s = a->s;
+    size_t n = (size_t)s->n;
+    int count = 0;
+    for (int j = range[0]; j < range[1]; j++) {
+        track *t = &a->tracks[j];
+        clamp(t->y, s->n, t->w);
+        if (!c[j - range[0]].arrived) {
+            t->x = x + n * (size_t)count++;
+            load(t, s->metric, s->b + n * (size_t)j, s->n);
+        }
+    }
+    if (bounded_factor_solve(desk, &a->factor, x, count) < 0) {
+        a->failed = 1;
+        return 0;
+    }
+    for (int j = range[0]; j < range[1]; j++) {
+        if (!c[j - range[0]].arrived) {
+            advance(a, j, &c[j - range[0]]);
+        }
+    }
+    return count;
+}
+
+/* A block of columns from beginning to end. */
 static void run_block(void *context, int item, bounded_desk *desk)
 {
     approach *a = context;
-    const bounded_system *s = a->s;
-    size_t n = (size_t)s->n;
-    int first = item * a->block, last = first + a->block < s->m ? first + a->block : s->m;
+    size_t n = (size_t)a->s->n;
+    int first = item * a->block, last = first + a->block;
+    const int range[2] = {first, last < a->s->m ? last : a->s->m};
     double *x = bake_alloc(n * (size_t)a->block, sizeof *x);
-    history *h = bake_alloc((size_t)a->block, sizeof *h);
-    for (int j = first; j < last; j++) {
-        h[j - first] = (history){.fresh = 1, .best = HUGE_VAL};
-        track_make(&a->track[j], n);
+    column *c = bake_alloc((size_t)a->block, sizeof *c);
+    for (int j = range[0]; j < range[1]; j++) {
+        history_make(&c[j - first].past);
+        track_make(&a->tracks[j], n);
     }
-    for (int i = 0, left = last - first; i < ITERATIONS_ALONE && left && !a->failed; i++) {
-        int count = 0;
-        for (int j = first; j < last; j++) {
-            track *t = &a->track[j];
-            clamp(t->y, s->n, t->w);
-            if (t->far > NEAR) {
-                t->x = t->right = x + n * (size_t)count++;
-                load(t, s->metric, s->b + n * (size_t)j, s->n);
-            }
-        }
-        if (bounded_factor_solve(desk, &a->factor, x, count) < 0) {
-            a->failed = 1;
-        }
-        for (int j = first; j < last; j++) {
-            if (a->track[j].far > NEAR) {
-                advance(&a->track[j], 1, a, &h[j - first]);
-            }
-        }
-        left = count;
+    for (int i = 0, left = 1; i < ITERATIONS_ALONE && left; i++) {
+        left = iterate(a, range, c, x, desk);
     }
-    for (int j = first; j < last; j++) {
-        clamp(a->track[j].y, s->n, a->track[j].w);
-        track_free(&a->track[j]);
+    for (int j = range[0]; j < range[1]; j++) {
+        clamp(a->tracks[j].y, a->s->n, a->tracks[j].w);
+        track_free(&a->tracks[j]);
     }
     free(x);
-    free(h);
+    free(c);
 }
 
 static int run_alone(approach *a)
 {
-    int halves = (a->s->m + 23) / 24 * 2; /* blocks of up to 12, for two threads at least */
-    a->block = (a->s->m + halves - 1) / halves;
     const bounded_work work = {run_block, a};
-    for (int j = 0; j < a->s->m; j++) {
-        a->track[j].far = HUGE_VAL;
-    }
-    bounded_each(a->s->threads, (a->s->m + a->block - 1) / a->block, &work);
+    bounded_each(a->s, blocks(a), &work);
     return a->failed ? -1 : 0;
 }
 
-/* ---- handles that sum to one
- * ------------------------------------------------------------------ */
+/* ---- handles that sum to one ------------------------------------------------------------------ */
 
-/* The nearest row that is not negative and sums to 1: what is above a water
- * level, which rises as handles drop out [Michelot 1986]. */
-static void project_row(const double *y, size_t n, int m, double *w)
+/* The nearest row that is not negative and sums to 1: what is above a level that rises as handles drop
+ * out [Michelot 1986]. */
+static void project_row(const double *y, size_t n, size_t m, double *w)
 {
-    double level = 0;
-    int count = m, before = m + 1;
-    for (int j = 0; j < m; j++) {
-        w[n * (size_t)j] = y[n * (size_t)j];
-        level += w[n * (size_t)j];
-    }
-    level = (level - 1) / m;
-    while (count < before) { /* at most m times */
+    double level = -HUGE_VAL;
+    for (size_t k = 0, before = m + 1; k <= m; k++) {
         double sum = 0;
-        before = count;
-        count = 0;
-        for (int j = 0; j < m; j++) {
-            if (y[n * (size_t)j] > level) {
-                sum += y[n * (size_t)j];
+        size_t count = 0;
+        for (size_t j = 0; j < m; j++) {
+            if (y[n * j] > level) {
+                sum += y[n * j];
                 count++;
             }
         }
-        level = (sum - 1) / count;
+        if (count == before) {
+            break;
+        }
+        before = count;
+        level = (sum - 1) / (double)count;
     }
-    for (int j = 0; j < m; j++) {
-        w[n * (size_t)j] = fmax(y[n * (size_t)j] - level, 0);
+    for (size_t j = 0; j < m; j++) {
+        w[n * j] = fmax(y[n * j] - level, 0);
     }
 }
 
-static void solve_block(void *context, int item, bounded_desk *desk)
+typedef struct {
+    approach *a;
+    history past;
+} couple;
+
+static void run_stripe(void *context, int item, bounded_desk *desk)
 {
-    approach *a = context;
+    const approach *a = ((couple *)context)->a;
+    int last = (item + 1) * STRIPE < a->s->n ? (item + 1) * STRIPE : a->s->n;
+    (void)desk;
+    for (int i = item * STRIPE; i < last; i++) {
+        project_row(a->tracks[0].y + i, (size_t)a->s->n, (size_t)a->s->m, a->tracks[0].w + i);
+    }
+}
+
+static void run_solve(void *context, int item, bounded_desk *desk)
+{
+    approach *a = ((couple *)context)->a;
     const bounded_system *s = a->s;
-    size_t n = (size_t)s->n;
     int first = item * a->block, last = first + a->block < s->m ? first + a->block : s->m;
     for (int j = first; j < last; j++) {
-        load(&a->track[j], s->metric, s->b + n * (size_t)j, s->n);
+        load(&a->tracks[j], s->metric, s->b + (size_t)s->n * (size_t)j, s->n);
     }
-    if (bounded_factor_solve(desk, &a->factor, a->track[first].right, last - first) < 0) {
+    if (bounded_factor_solve(desk, &a->factor, a->tracks[first].x, last - first) < 0) {
         a->failed = 1;
     }
+    for (int j = first; j < last; j++) {
+        track_measure(&a->tracks[j], a->root, s->n);
+    }
+}
+
+static void run_push(void *context, int item, bounded_desk *desk)
+{
+    couple *c = context;
+    (void)desk;
+    track_push(&c->a->tracks[item], c->a->root, c->a->s->n, &c->past);
+}
+
+static void run_add(void *context, int item, bounded_desk *desk)
+{
+    couple *c = context;
+    (void)desk;
+    track_add(&c->a->tracks[item], c->a->s->n, &c->past);
+}
+
+/* Whether all is optimal and has not moved since the last time. */
+static int settled(const approach *a, const double *w, double *before)
+{
+    size_t size = (size_t)a->s->n * (size_t)a->s->m;
+    bounded_report *r = bake_alloc((size_t)a->s->m, sizeof *r);
+    double moved = 0, worst = 0;
+    for (size_t i = 0; i < size; i++) {
+        moved = fmax(moved, fabs(w[i] - before[i]));
+    }
+    memcpy(before, w, size * sizeof *w);
+    if (moved <= MOVED) {
+        bounded_judge(a->s, BOUNDED_COUPLED, w, r);
+    }
+    for (int j = 0; j < a->s->m; j++) {
+        worst = fmax(worst, fmax(r[j].stationarity, r[j].dual));
+    }
+    free(r);
+    return moved <= MOVED && worst <= OPTIMAL;
 }
 
 static int run_coupled(approach *a)
 {
-    const bounded_system *s = a->s;
-    size_t n = (size_t)s->n;
-    double *x = bake_alloc(n * (size_t)s->m, sizeof *x);
-    history h = {.fresh = 1, .best = HUGE_VAL};
-    const bounded_work work = {solve_block, a};
-    int halves = (a->s->m + 23) / 24 * 2;
-    a->block = (a->s->m + halves - 1) / halves;
-    for (int j = 0; j < s->m; j++) {
-        track_make(&a->track[j], n);
-        a->track[j].x = a->track[j].right = x + n * (size_t)j;
+    bounded_system *s = a->s;
+    size_t n = (size_t)s->n, m = (size_t)s->m;
+    double *x = bake_alloc(n * m, sizeof *x), *before = bake_alloc(n * m, sizeof *before);
+    couple c = {.a = a};
+    const bounded_work project = {run_stripe, &c}, solve = {run_solve, &c}, push = {run_push, &c},
+                       add = {run_add, &c};
+    int stripes = (s->n + STRIPE - 1) / STRIPE, parts = blocks(a);
+    history_make(&c.past);
+    for (size_t j = 0; j < m; j++) {
+        track_make(&a->tracks[j], n);
+        a->tracks[j].x = x + n * j;
     }
     for (int i = 0; i < ITERATIONS_COUPLED && !a->failed; i++) {
-        for (size_t v = 0; v < n; v++) {
-            project_row(a->track[0].y + v, n, s->m, a->track[0].w + v);
-        }
-        if (i % LOOK == 0 && bounded_coupled_residual(s, a->track[0].w) < RESIDUAL_COUPLED) {
+        bounded_each(s, stripes, &project);
+        if (i % CHECK == CHECK - 1 && settled(a, a->tracks[0].w, before)) {
             break;
         }
-        bounded_each(s->threads, (s->m + a->block - 1) / a->block, &work);
-        advance(a->track, s->m, a, &h);
+        bounded_each(s, parts, &solve);
+        history_begin(&c.past, a->tracks, s->m);
+        bounded_each(s, s->m, &push);
+        history_mix(&c.past, a->tracks, s->m);
+        bounded_each(s, s->m, &add);
     }
-    for (size_t v = 0; v < n; v++) {
-        project_row(a->track[0].y + v, n, s->m, a->track[0].w + v);
-    }
-    for (int j = 0; j < s->m; j++) {
-        track_free(&a->track[j]);
+    for (size_t j = 0; j < m; j++) {
+        track_free(&a->tracks[j]);
     }
     free(x);
+    free(before);
     return a->failed ? -1 : 0;
 }
 
-/* ---- from nothing
- * -----------------------------------------------------------------------------
- */
+/* ---- from nothing ----------------------------------------------------------------------------- */
 
 /* y = -Q^-1 b: without bounds */
-static int start(bounded_desk *desk, bounded_system *s, double *y)
+static int start(bounded_system *s, double *y)
 {
     size_t size = (size_t)s->n * (size_t)s->m;
     bounded_factor f;
-    int result = bounded_factor_make(desk, s, NULL, NULL, &f);
+    int result = bounded_factor_make(s->desk, s, NULL, NULL, &f);
     if (result == 0) {
         for (size_t i = 0; i < size; i++) {
             y[i] = -s->b[i];
         }
-        result = bounded_factor_solve(desk, &f, y, s->m);
+        result = bounded_factor_solve(s->desk, &f, y, s->m);
     }
     if (result == 0) {
-        result = bounded_metric(desk, s, &f);
+        result = bounded_metric(s->desk, s, &f);
     }
-    bounded_factor_free(desk, &f);
+    bounded_factor_free(s->desk, &f);
     return result;
 }
 
 int bounded_approach(bounded_system *s, int coupled, double *w, bake_error *error)
 {
-    size_t n = (size_t)s->n;
-    double *y = bake_alloc(n * (size_t)s->m, sizeof *y);
+    size_t n = (size_t)s->n, m = (size_t)s->m;
+    double *y = bake_alloc(n * m, sizeof *y);
     approach a = {.s = s};
-    bounded_desk desk;
-    bounded_desk_make(&desk);
-    int result = start(&desk, s, y);
+    int result = start(s, y);
     if (result == 0) {
-        result = bounded_factor_make(&desk, s, NULL, s->metric, &a.factor);
+        result = bounded_factor_make(s->desk, s, NULL, s->metric, &a.factor);
     }
     if (result == 0) {
         a.root = bake_alloc(n, sizeof *a.root);
-        a.track = bake_alloc((size_t)s->m, sizeof *a.track);
+        a.tracks = bake_alloc(m, sizeof *a.tracks);
         for (size_t i = 0; i < n; i++) {
             a.root[i] = sqrt(s->metric[i]);
         }
-        for (size_t j = 0; j < (size_t)s->m; j++) {
+        for (size_t j = 0; j < m; j++) {
             clamp(y + n * j, s->n, y + n * j);
-            a.track[j].y = y + n * j;
-            a.track[j].w = w + n * j;
+            a.tracks[j].y = y + n * j;
+            a.tracks[j].w = w + n * j;
         }
         result = coupled ? run_coupled(&a) : run_alone(&a);
     }
-    bounded_factor_free(&desk, &a.factor);
-    bounded_desk_free(&desk);
+    bounded_factor_free(s->desk, &a.factor);
     free(a.root);
-    free(a.track);
+    free(a.tracks);
     free(y);
     return result == 0 ? 0 : bounded_no_factor(s, result, error);
 }

@@ -1,9 +1,9 @@
-/* Solutions on a free set that changes a little: the factor of an older one and
- * a border of what came and went. With F the factor's rows, N new ones, G those
- * gone: | Q_FF  Q_FN  E_G | | x_F |   | r_F | | Q_NF  Q_NN   0  | | x_N | = |
- * r_N |    S = | Q_NN 0 | - U^T V,  V = Q_FF^-1 U,  U = (Q_FN E_G) | E_G^T  0
- * 0  | | mu  |   |  0  |        |  0   0 | Source: Gill, Murray, Saunders,
- * Wright 1990 (Schur complements for active sets).
+/* Solutions on a free set that changes a little: the factor of an older one and a border of what came
+ * and went. With F the factor's rows, N new ones, G those gone:
+ *   | Q_FF  Q_FN  E_G | | x_F |   | r_F |
+ *   | Q_NF  Q_NN   0  | | x_N | = | r_N |    S = | Q_NN 0 | - U^T V,  V = Q_FF^-1 U,  U = (Q_FN E_G)
+ *   | E_G^T  0     0  | | mu  |   |  0  |        |  0   0 |
+ * Source: Gill, Murray, Saunders, Wright 1990 (Schur complements for active sets).
  *
  *   V  F x c     S  c x c, positive definite in N, negative in G
  * SPDX-License-Identifier: AGPL-3.0-or-later */

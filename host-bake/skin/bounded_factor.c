@@ -1,17 +1,15 @@
-/* Supernodal Cholesky factors of parts of one matrix, that many threads may
- * make and use at a time. Source: own, on CHOLMOD [Chen, Davis, Hager,
- * Rajamanickam 2008]. SPDX-License-Identifier: AGPL-3.0-or-later */
+/* Supernodal Cholesky factors of parts of one matrix, that many threads may make and use at a time.
+ * Source: own, on CHOLMOD [Chen, Davis, Hager, Rajamanickam 2008].
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "bounded_parts.h"
 
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Samples of the diagonal of an inverse: each is off by a quarter, which a
- * step's metric forgives. */
+/* Samples of the diagonal of an inverse: each is off by a quarter, which a step's metric forgives. */
 #define SAMPLES 32
-/* Of 0.03, 0.1, 0.3 and 1: fewest iterations and factors on three bodies in
- * tetrahedra. */
+/* Of 0.03, 0.1, 0.3 and 1: fewest iterations and factors on three bodies in tetrahedra. */
 #define STEP    0.3
 
 void bounded_desk_make(bounded_desk *desk)
@@ -74,7 +72,7 @@ static int factorise(bounded_desk *desk, cholmod_sparse *A, bounded_factor *out)
         return -1;
     }
     /* a factor runs at about twice the speed of solutions in groups */
-    double columns = common->fl / (4 * common->lnz + 1) / 4;
+    double columns = common->fl / (4 * common->lnz + 1) / 2;
     out->columns = columns > 1000 ? 1000 : (int)columns;
     cholmod_factorize(A, out->L, common);
     if (common->status < 0) {

@@ -1,15 +1,13 @@
-/* Exact weights of one handle from near ones: a primal-dual active set. Free
- * vertices below 0 are held at 0, those that push the wrong way are let go, all
- * at once; when that has not helped ten times, one at a time, which ends
- * always. Every solution is that of a factor of the free set. Source: Judice,
- * Pires 1994; the levels are own.
+/* Exact weights of one handle from near ones: a primal-dual active set. Free vertices below 0 are held
+ * at 0, those that push the wrong way are let go, all at once; when that has not helped ten times, one
+ * at a time, which ends always. Every solution is that of a factor of the free set.
+ * Source: Judice, Pires 1994; the levels are own.
  *
- * Far from its handle a weight alternates around 0, ever smaller, and whole
- * regions below 1e-6 change sign from one vertex to the next. Of large problems
- * such a region is left at 0, as long as what that does to the weights is
- * foreseen to be small: letting vertex i go moves it by about -g_i / (0.05
- * Q_ii), and the others by -Q_FF^-1 Q_Fi of that. SPDX-License-Identifier:
- * AGPL-3.0-or-later */
+ * Far from its handle a weight alternates around 0, ever smaller, and whole regions below 1e-6 change
+ * sign from one vertex to the next. Of large problems such a region is left at 0, as long as what that
+ * does to the weights is foreseen to be small: letting vertex i go moves it by about
+ * -g_i / (0.05 Q_ii), and the others by -Q_FF^-1 Q_Fi of that.
+ * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "bounded_parts.h"
 
 #include <math.h>
@@ -21,17 +19,14 @@
 #define STIFFNESS 0.05 /* of a vertex whose neighbours move along, as a part of Q_ii */
 #define LEVELS    5
 
-/* Up to this many free vertices everything is exact: it costs less than a
- * second. */
+/* Up to this many free vertices everything is exact: it costs less than a second. */
 #define SMALL 4000
 
 typedef struct {
     double zero;          /* weights that begin at 0 */
-    double below;         /* how far outside the bounds a weight may be until it is
-                    clamped */
+    double below;         /* how far outside the bounds a weight may be until it is clamped */
     double effect;        /* of what is not let go, on any weight */
-    double level[LEVELS]; /* -g_i / Q_ii that is not let go: the first one whose
-                           effect is small */
+    double level[LEVELS]; /* -g_i / Q_ii that is not let go: the first one whose effect is small */
 } tolerances;
 
 static const tolerances exact = {0, 1e-11, 0, {1e-12, 1e-12, 1e-12, 1e-12, 1e-12}};
@@ -81,8 +76,7 @@ static int solve(bounded_desk *desk, polish *p)
     return result;
 }
 
-/* What letting go all vertices below a level would do to the free ones. -1: no
- * memory. */
+/* What letting go all vertices below a level would do to the free ones. -1: no memory. */
 static double effect(bounded_desk *desk, const polish *p, double level)
 {
     const bounded_system *s = p->s;
@@ -127,8 +121,7 @@ static double choose(bounded_desk *desk, const polish *p)
     return p->t->level[k];
 }
 
-/* Moves vertices between the sets: all that are wrong, or the last of them.
- * Returns how many are. */
+/* Moves vertices between the sets: all that are wrong, or the last of them. Returns how many are. */
 static int move(polish *p, double level, int one, int apply)
 {
     int count = 0;
@@ -148,7 +141,8 @@ static int move(polish *p, double level, int one, int apply)
 /* 0, 1 = no end, -1 */
 static int rounds(bounded_desk *desk, polish *p)
 {
-    int fewest = p->s->n + 1, patience = PATIENCE;
+    const bounded_system *s = p->s;
+    int fewest = s->n + 1, patience = PATIENCE;
     for (int i = 0; i < ROUNDS; i++) {
         int result = solve(desk, p);
         double level = result == 0 ? choose(desk, p) : -1;
@@ -162,8 +156,10 @@ static int rounds(bounded_desk *desk, polish *p)
         if (count < fewest) {
             fewest = count;
             patience = PATIENCE;
-        } else {
-            patience--;
+        } else if (--patience < -PATIENCE && p->t == &exact) {
+            p->t = &large; /* signs of rounding errors do not settle */
+            fewest = s->n + 1;
+            patience = PATIENCE;
         }
         move(p, level, patience < 0, 1);
     }

@@ -1,5 +1,5 @@
-/* From the energy of all vertices and what handles hold to the system of the
- * free vertices. Source: Jacobson 2013, 2.2.1 (substitution of known values).
+/* From the energy of all vertices and what handles hold to the system of the free vertices.
+ * Source: Jacobson 2013, 2.2.1 (substitution of known values).
  * SPDX-License-Identifier: AGPL-3.0-or-later */
 #include "bounded_parts.h"
 
@@ -7,8 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- what can be solved
- * ----------------------------------------------------------------------- */
+/* ---- what can be solved ----------------------------------------------------------------------- */
 
 static int root_of(int *parent, int i)
 {
@@ -46,10 +45,8 @@ static int check_pieces(const sparse *q, const held *hold, bake_error *error)
     free(reached);
     return lost < 0 ? 0
                     : bake_fail(error,
-                                "%d vertices (the first is %d) are in a piece of "
-                                "the mesh that no "
-                                "handle touches, so their weights are not "
-                                "determined: put a handle "
+                                "%d vertices (the first is %d) are in a piece of the mesh that no "
+                                "handle touches, so their weights are not determined: put a handle "
                                 "there, or join the pieces",
                                 count, lost);
 }
@@ -75,12 +72,9 @@ static int check_matrix(const sparse *q, const held *hold, bake_error *error)
     return check_pieces(q, hold, error);
 }
 
-/* ---- parts
- * ------------------------------------------------------------------------------------
- */
+/* ---- parts ------------------------------------------------------------------------------------ */
 
-/* The lower triangle of the free vertices; place: where a vertex is among them,
- * -1 = held. */
+/* The lower triangle of the free vertices; place: where a vertex is among them, -1 = held. */
 static cholmod_sparse *free_part(cholmod_common *common, const sparse *q, const int *place, int n)
 {
     size_t entries = 0, count = 0;
@@ -108,8 +102,7 @@ static cholmod_sparse *free_part(cholmod_common *common, const sparse *q, const 
     return A;
 }
 
-/* The order of elimination: nested dissection or minimum degree, whichever
- * fills in less. */
+/* The order of elimination: nested dissection or minimum degree, whichever fills in less. */
 static cholmod_factor *find_order(cholmod_common *common, cholmod_sparse *A)
 {
     common->supernodal = CHOLMOD_SUPERNODAL;
@@ -147,8 +140,7 @@ static int spread(cholmod_common *common, cholmod_sparse *A, int *order, bounded
     return 0;
 }
 
-/* b = Q_free,held w_held; held_at: which held vertex one is, -1 = free; place:
- * of free vertices. */
+/* b = Q_free,held w_held; held_at: which held vertex one is, -1 = free; place: of free vertices. */
 static void load(const sparse *q, const held *hold, const int *held_at, const int *place,
                  bounded_system *s)
 {
@@ -212,6 +204,9 @@ int bounded_system_make(const sparse *q, const held *hold, bounded_system *out, 
     }
     out->m = hold->handle_count;
     out->threads = bounded_threads();
+    for (int i = 0; i < out->threads; i++) {
+        bounded_desk_make(&out->desk[i]);
+    }
     cholmod_start(&common);
     common.print = 0;
     int err = make(q, hold, out, &common);
@@ -233,6 +228,9 @@ void bounded_system_free(bounded_system *s)
     free(s->b);
     free(s->metric);
     free(s->vertex);
+    for (int i = 0; i < s->threads; i++) {
+        bounded_desk_free(&s->desk[i]);
+    }
     memset(s, 0, sizeof *s);
 }
 

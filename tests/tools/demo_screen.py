@@ -50,7 +50,8 @@ SHOWS = {
                   {"colour": [255, 255, 255]}),
     "homer": Show("lm3s6965evb", "grey OLED of 128 x 64, upright", 8,
                   (0.5, 1.1, 3.2, 4.3, 5.3, 6.4),
-                  {"roll": 90, "yaw": 210, "target": [5, 50, -3], "size": 80},
+                  {"roll": 90, "yaw": 210, "target": [5, 50, -3], "size": 80,
+                   "light": [0.5, 0.4, 0.8]},
                   {"colour": [255, 255, 255]}, True)}
 # the same without an emulated board: the panel's name stands for it
 PANELS = {"cartoon": Show("st7789", "colour TFT of 240 x 240", 4,
@@ -102,7 +103,8 @@ class Sheet(Directory):
 
     def last_line(self):
         m = self.certificate["meshes"][0]
-        return f"{self.name}: {self.certificate['bytes']} bytes, {len(self.clips)} clip" \
+        clips = f"{len(self.clips)} clip{'s' if len(self.clips) > 1 else ''}"
+        return f"{self.name}: {self.certificate['bytes']} bytes, {clips}, " \
             f"posed error {m['error_max']:.3g} <= {m['tolerance']:.3g}"
 
 
@@ -234,11 +236,12 @@ class Screen(Directory):
 
     def arrange(self, dumps):
         width, height = dumps[0].width + GAP, dumps[0].height + LABEL + GAP
-        rows = math.ceil(len(dumps) / COLUMNS)
-        sheet = Image.new("RGB", (COLUMNS * width + GAP, rows * height + GAP), PAPER)
+        columns = 2 * COLUMNS if self.show.turned else COLUMNS
+        rows = math.ceil(len(dumps) / columns)
+        sheet = Image.new("RGB", (columns * width + GAP, rows * height + GAP), PAPER)
         draw = ImageDraw.Draw(sheet)
         for k, dump in enumerate(dumps):
-            x, y = GAP + k % COLUMNS * width, GAP + k // COLUMNS * height
+            x, y = GAP + k % columns * width, GAP + k // columns * height
             sheet.paste(dump, (x, y))
             draw.text((x, y + dump.height + 3), self.time(self.frames[k]) +
                       ("" if self.equal[k] else "  DIFFERS FROM THE HOST"), fill=INK)
