@@ -131,7 +131,8 @@ static void count_operations(const wg_file *file, int clip, certificate *c)
 static size_t ram(const scene *s)
 {
     size_t layers = s->layer_count > 0 ? (size_t)s->layer_count : 1;
-    return 12 * (WG_SECTION_KNOWN + 1) + 16 + 48 * layers + 4 * (size_t)s->channel_count + 12 * (size_t)s->servo_count;
+    return 12 * (WG_SECTION_KNOWN + 1) + 16 + 48 * layers + 4 * (size_t)s->channel_count +
+           12 * (size_t)s->servo_count;
 }
 
 static void certify_clip(const build *b, const wg_file *file, int i, certificate *c)

@@ -7,7 +7,12 @@
 
 #include <string.h>
 
-enum { INFLUENCES_DEFAULT = (int)WG_INFLUENCES_MAX, BRUSHES_MAX = 64, FACETS_MAX = 1024, FILTER_MAX = 32 };
+enum {
+    INFLUENCES_DEFAULT = (int)WG_INFLUENCES_MAX,
+    BRUSHES_MAX = 64,
+    FACETS_MAX = 1024,
+    FILTER_MAX = 32
+};
 
 static const char rig_example[] =
     "- {name: arm, mesh: bar, bones: [{name: upper, from: [0, 90, 0], to: [40, 90, 0]}]}";

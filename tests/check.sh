@@ -73,14 +73,16 @@ step "flat shapes" $python tests/test_bake_flat.py
 step "flat shapes, hostile input" $python tests/test_bake_flat_refuse.py
 step "pictures" $python tests/test_bake_pictures.py
 step "window" $python tests/test_view.py
-step "examples bake" sh -c 'mkdir -p build/check && for scene in nod puppet face faerie morph rod luxo block cactus cloth walk bug; do
+step "examples bake" sh -c 'mkdir -p build/check && for scene in nod puppet face faerie morph rod luxo block cactus cloth walk bug twist cigar elbow \
+    cartoon homer; do
     build/wiggly bake examples/$scene/$scene.yaml -o build/check/$scene.wgl --quiet || exit 1; done
     build/wiggly bake tests/scenes/buses.yaml -o build/check/buses.wgl --quiet'
 step "same bits, every compiler" sh tests/tools/same_bits.sh build/check/nod.wgl build/check/puppet.wgl \
-    build/check/buses.wgl build/check/face.wgl build/check/faerie.wgl build/check/cactus.wgl
+    build/check/buses.wgl build/check/face.wgl build/check/faerie.wgl build/check/cactus.wgl build/check/twist.wgl \
+    build/check/elbow.wgl build/check/cartoon.wgl build/check/homer.wgl
 $python tests/tools/clip_source.py tests/vectors/v1_shapes.wgl build/check/shapes
 $python tests/tools/clip_source.py tests/vectors/v1_skins.wgl build/check/skins
-for clip in nod puppet buses face shapes skins; do
+for clip in nod puppet buses face shapes skins twist elbow; do
     step "same bits, every board: $clip" $python tests/test_boards.py build/check/$clip.wgl
 done
 step "budgets" $python tests/tools/budget.py

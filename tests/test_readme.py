@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the README says works: its sh block runs line by line, its C example compiles and runs against the
+"""What the README says works: its sh blocks run line by line, its C example compiles and runs against the
 baked clip, every file it links to exists.
 SPDX-License-Identifier: MIT
 """
@@ -37,7 +37,7 @@ def shell(command):
 
 with open(os.path.join(ROOT, "README.md"), encoding="utf-8") as f:
     readme = f.read()
-for line in re.search(r"```sh\n(.*?)```", readme, re.S).group(1).splitlines():
+for line in "".join(re.findall(r"```sh\n(.*?)```", readme, re.S)).splitlines():
     check(line, *shell(line))
 example = re.search(r"```c\n(.*?)```", readme, re.S).group(1)
 work = os.path.join(ROOT, "build", "readme")

@@ -72,13 +72,13 @@ typedef struct {
 static void advance(approach *a, int j, column *c)
 {
     track *t = &a->tracks[j];
-    track_measure(t, a->root, a->s->n);
+    bounded_track_measure(t, a->root, a->s->n);
     c->first = c->first > 0 ? c->first : t->norm;
     c->arrived = t->norm <= ARRIVED * ARRIVED * c->first;
     history_begin(&c->past, t, 1);
-    track_push(t, a->root, a->s->n, &c->past);
+    bounded_track_push(t, a->root, a->s->n, &c->past);
     history_mix(&c->past, t, 1);
-    track_add(t, a->s->n, &c->past);
+    bounded_track_add(t, a->s->n, &c->past);
 }
 
 /* One iteration of the columns that have not arrived. Returns how many there were. */
@@ -118,14 +118,14 @@ static void run_block(void *context, int item, bounded_desk *desk)
     column *c = bake_alloc((size_t)a->block, sizeof *c);
     for (int j = range[0]; j < range[1]; j++) {
         history_make(&c[j - first].past);
-        track_make(&a->tracks[j], n);
+        bounded_track_make(&a->tracks[j], n);
     }
     for (int i = 0, left = 1; i < ITERATIONS_ALONE && left; i++) {
         left = iterate(a, range, c, x, desk);
     }
     for (int j = range[0]; j < range[1]; j++) {
         clamp(a->tracks[j].y, a->s->n, a->tracks[j].w);
-        track_free(&a->tracks[j]);
+        bounded_track_free(&a->tracks[j]);
     }
     free(x);
     free(c);
@@ -192,7 +192,7 @@ static void run_solve(void *context, int item, bounded_desk *desk)
         a->failed = 1;
     }
     for (int j = first; j < last; j++) {
-        track_measure(&a->tracks[j], a->root, s->n);
+        bounded_track_measure(&a->tracks[j], a->root, s->n);
     }
 }
 
@@ -200,14 +200,14 @@ static void run_push(void *context, int item, bounded_desk *desk)
 {
     couple *c = context;
     (void)desk;
-    track_push(&c->a->tracks[item], c->a->root, c->a->s->n, &c->past);
+    bounded_track_push(&c->a->tracks[item], c->a->root, c->a->s->n, &c->past);
 }
 
 static void run_add(void *context, int item, bounded_desk *desk)
 {
     couple *c = context;
     (void)desk;
-    track_add(&c->a->tracks[item], c->a->s->n, &c->past);
+    bounded_track_add(&c->a->tracks[item], c->a->s->n, &c->past);
 }
 
 /* Whether all is optimal and has not moved since the last time. */
@@ -241,7 +241,7 @@ static int run_coupled(approach *a)
     int stripes = (s->n + STRIPE - 1) / STRIPE, parts = blocks(a);
     history_make(&c.past);
     for (size_t j = 0; j < m; j++) {
-        track_make(&a->tracks[j], n);
+        bounded_track_make(&a->tracks[j], n);
         a->tracks[j].x = x + n * j;
     }
     for (int i = 0; i < ITERATIONS_COUPLED && !a->failed; i++) {
@@ -256,7 +256,7 @@ static int run_coupled(approach *a)
         bounded_each(s, s->m, &add);
     }
     for (size_t j = 0; j < m; j++) {
-        track_free(&a->tracks[j]);
+        bounded_track_free(&a->tracks[j]);
     }
     free(x);
     free(before);

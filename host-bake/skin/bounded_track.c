@@ -11,7 +11,7 @@
 
 #define RELAXATION 1.6
 
-void track_make(track *t, size_t n)
+void bounded_track_make(track *t, size_t n)
 {
     t->S = bake_alloc(n * HISTORY, sizeof *t->S);
     t->C = bake_alloc(n * HISTORY, sizeof *t->C);
@@ -20,7 +20,7 @@ void track_make(track *t, size_t n)
     t->best = bake_alloc(n, sizeof *t->best);
 }
 
-void track_free(track *t)
+void bounded_track_free(track *t)
 {
     free(t->S);
     free(t->C);
@@ -36,7 +36,7 @@ void history_make(history *h)
     h->best = HUGE_VAL;
 }
 
-void track_measure(track *t, const double *root, int n)
+void bounded_track_measure(track *t, const double *root, int n)
 {
     t->norm = t->far = 0;
     for (int i = 0; i < n; i++) {
@@ -71,7 +71,7 @@ void history_begin(history *h, const track *tracks, int columns)
     }
 }
 
-void track_push(track *t, const double *root, int n, const history *h)
+void bounded_track_push(track *t, const double *root, int n, const history *h)
 {
     double *S = t->S + (size_t)h->newest * (size_t)n, *C = t->C + (size_t)h->newest * (size_t)n;
     if (h->back) {
@@ -129,7 +129,7 @@ void history_mix(history *h, const track *tracks, int columns)
     h->mixed = count;
 }
 
-void track_add(track *t, int n, const history *h)
+void bounded_track_add(track *t, int n, const history *h)
 {
     for (int k = 0; k < h->mixed; k++) {
         cblas_daxpy(n, -h->mix[k], t->S + (size_t)k * (size_t)n, 1, t->y, 1);

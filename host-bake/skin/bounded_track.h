@@ -30,15 +30,15 @@ typedef struct {
     double row[HISTORY];      /* the newest column of C times C */
 } track;
 
-void track_make(track *t, size_t n);
-void track_free(track *t);
+void bounded_track_make(track *t, size_t n);
+void bounded_track_free(track *t);
 void history_make(history *h);
 
 /* From x to the next y, in this order; what is done for tracks may be done by several threads. */
-void track_measure(track *t, const double *root, int n);
+void bounded_track_measure(track *t, const double *root, int n);
 void history_begin(history *h, const track *tracks, int columns);
-void track_push(track *t, const double *root, int n, const history *h);
+void bounded_track_push(track *t, const double *root, int n, const history *h);
 void history_mix(history *h, const track *tracks, int columns);
-void track_add(track *t, int n, const history *h);
+void bounded_track_add(track *t, int n, const history *h);
 
 #endif

@@ -236,7 +236,7 @@ class Screen(Directory):
 
     def arrange(self, dumps):
         width, height = dumps[0].width + GAP, dumps[0].height + LABEL + GAP
-        columns = 2 * COLUMNS if self.show.turned else COLUMNS
+        columns = 3 if self.show.turned else COLUMNS
         rows = math.ceil(len(dumps) / columns)
         sheet = Image.new("RGB", (columns * width + GAP, rows * height + GAP), PAPER)
         draw = ImageDraw.Draw(sheet)

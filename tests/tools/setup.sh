@@ -26,7 +26,7 @@ librsvg2-dev            -                        baker: SVG drawings
 pkg-config              pkg-config               the Makefile: where librsvg is
 libsdl2-dev             -                        wiggly view
 gnuplot-nox             gnuplot                  baker and demonstration: plots
-assimp-testmodels       -                        examples/puppet, faerie, morph: their sources
+assimp-testmodels       -                        examples/puppet, homer, faerie, morph: their sources
 python3                 python3                  reference decoders, oracles, tools
 python3-numpy           -                        oracles
 python3-mpmath          -                        oracles
@@ -34,7 +34,7 @@ python3-pil             -                        pictures in tests
 xvfb                    Xvfb                     a screen for the tests of wiggly view
 xdotool                 xdotool                  keys and mouse for them
 python3-scipy           -                        oracles
-libcgal-demo            -                        examples/cactus, walk: their sources
+libcgal-demo            -                        examples/cactus, walk, homer: their sources
 libmeshoptimizer-dev    -                        benchmark: its vertex codec
 coinor-libipopt-dev     -                        tests, benchmark: another solver to compare weights with
 openarena-data          -                        benchmark: an animated character
