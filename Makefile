@@ -91,9 +91,10 @@ test: $(TESTS) ## the unit tests
 	@for t in $(TESTS); do $$t || exit 1; done
 check: setup ## installs what is missing, then everything CI runs
 	@tests/check.sh
-bench: build/bench_spline build/bench_bodies bake tools ## splines and bodies solved a second; bytes beside other formats
+bench: build/bench_spline build/bench_bodies build/bench_weights bake tools ## splines, bodies, weights; bytes beside other formats
 	OPENBLAS_NUM_THREADS=1 build/bench_spline 100000
 	OPENBLAS_NUM_THREADS=1 build/bench_bodies
+	OPENBLAS_NUM_THREADS=1 build/bench_weights --ipopt
 	/usr/bin/python3 tests/bench/bench_body_bytes.py
 	/usr/bin/python3 tests/bench/bench_bytes.py
 	/usr/bin/python3 tests/bench/bench_shapes.py

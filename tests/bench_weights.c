@@ -6,9 +6,7 @@
  * its largest. IPOPT's weights are compared with ours, vertex by vertex.
  * SPDX-License-Identifier: MIT */
 #include "bench_meshes.h"
-#include "bounded.h"
-
-#include <coin/IpStdCInterface.h>
+#include "ipopt_oracle.h"
 
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -31,6 +29,9 @@ static const row table[] = {{"gingerman", NULL, 5040, 6, 0.1397},
                             {"mouse", "triceratops", 112355, 12, 8.4464},
                             {"armadillo", "armadillo", 142073, 17, 12.0870},
                             {"large", "armadillo", 330000, 16, 0}};
+
+/* Elements up to which handles are solved together, and by IPOPT, too: minutes otherwise. */
+#define TOGETHER_MOST 60000
 
 static int with_ipopt;
 static const surface_origin origin = {"bench", "mesh", 1};
@@ -127,88 +128,6 @@ static void make_domain(const row *r, handles *h, domain *d)
     *h = (handles){.count = r->handles, .handle = list};
 }
 
-/* ---- IPOPT -------------------------------------------------------------------------------------- */
-
-static Bool value(Index n, Number *x, Bool is_new, Number *out, UserDataPtr data)
-{
-    const sparse *q = data;
-    double *y = bake_alloc((size_t)n, sizeof *y), sum = 0;
-    (void)is_new;
-    sparse_multiply(q, x, y);
-    for (int i = 0; i < n; i++) {
-        sum += x[i] * y[i] / 2;
-    }
-    *out = sum;
-    free(y);
-    return TRUE;
-}
-
-static Bool slope(Index n, Number *x, Bool is_new, Number *out, UserDataPtr data)
-{
-    (void)n;
-    (void)is_new;
-    sparse_multiply(data, x, out);
-    return TRUE;
-}
-
-static Bool no_rows(Index n, Number *x, Bool is_new, Index m, Number *g, UserDataPtr data)
-{
-    (void)n, (void)x, (void)is_new, (void)m, (void)g, (void)data;
-    return TRUE;
-}
-
-static Bool no_slopes(Index n, Number *x, Bool is_new, Index m, Index nele, Index *at_row,
-                      Index *column, Number *values, UserDataPtr data)
-{
-    (void)n, (void)x, (void)is_new, (void)m, (void)nele, (void)at_row, (void)column, (void)values;
-    (void)data;
-    return TRUE;
-}
-
-static Bool curvature(Index n, Number *x, Bool is_new, Number factor, Index m, Number *lambda,
-                      Bool is_lambda, Index nele, Index *at_row, Index *column, Number *values,
-                      UserDataPtr data)
-{
-    const sparse *q = data;
-    (void)x, (void)is_new, (void)m, (void)lambda, (void)is_lambda, (void)nele;
-    for (int j = 0; j < n; j++) {
-        for (int p = q->column[j]; p < q->column[j + 1]; p++) {
-            if (values) {
-                values[p] = factor * q->value[p];
-            } else {
-                at_row[p] = q->row[p];
-                column[p] = j;
-            }
-        }
-    }
-    return TRUE;
-}
-
-/* One handle: 0, or IPOPT's status. */
-static int ipopt(const sparse *q, const held *h, int which, double *x)
-{
-    double *low = bake_alloc(2 * (size_t)q->n, sizeof *low), *high = low + q->n, energy;
-    for (int i = 0; i < q->n; i++) {
-        high[i] = 1;
-        x[i] = 0.5;
-    }
-    for (int i = 0; i < h->count; i++) {
-        int v = h->vertex[i];
-        x[v] = low[v] = high[v] = h->value[i * h->handle_count + which];
-    }
-    IpoptProblem p = CreateIpoptProblem(q->n, low, high, 0, NULL, NULL, 0, q->column[q->n], 0,
-                                        value, no_rows, slope, no_slopes, curvature);
-    AddIpoptIntOption(p, "print_level", 0);
-    AddIpoptStrOption(p, "sb", "yes");
-    AddIpoptStrOption(p, "hessian_constant", "yes");
-    AddIpoptNumOption(p, "bound_relax_factor", 0);
-    AddIpoptNumOption(p, "tol", 1e-9);
-    int status = (int)IpoptSolve(p, x, NULL, &energy, NULL, NULL, NULL, (void *)(size_t)q);
-    FreeIpoptProblem(p);
-    free(low);
-    return status;
-}
-
 /* Seconds of all handles; the largest difference of a weight. */
 static double compare(const sparse *q, const held *h, const double *w, double *off)
 {
@@ -216,7 +135,7 @@ static double compare(const sparse *q, const held *h, const double *w, double *o
     *off = 0;
     for (int j = 0; j < h->handle_count; j++) {
         since = now();
-        int status = ipopt(q, h, j, x);
+        int status = ipopt_weights(q, h, j, x);
         seconds += now() - since;
         if (status != 0 && status != 1) { /* solved, or to an acceptable level */
             printf("          IPOPT: status %d on handle %d\n", status, j);
@@ -263,8 +182,11 @@ static void run(const row *r)
         worst = fmax(worst, fmax(report[j].stationarity, fmax(report[j].dual, report[j].bounds)));
     }
     double *both = bake_alloc((size_t)q.n * (size_t)r->handles, sizeof *both);
+    int failed = 0;
     since = now();
-    int failed = bounded_solve(&q, &fixed, BOUNDED_COUPLED, NULL, both, report, &error);
+    if (d.element_count < TOGETHER_MOST) {
+        failed = bounded_solve(&q, &fixed, BOUNDED_COUPLED, NULL, both, report, &error);
+    }
     together = now() - since;
     printf("%-10s %7d %6d %3d %8.2f %8.2f%s %9.4f %9.4f %6.1f %9.1e %5ld\n", r->name,
            d.element_count, q.n, r->handles, alone, together, failed ? "*" : " ",
@@ -272,7 +194,7 @@ static void run(const row *r)
     if (failed) {
         printf("          * %s\n", error.text);
     }
-    if (with_ipopt) {
+    if (with_ipopt && d.element_count < TOGETHER_MOST) {
         double off, seconds = compare(&q, &fixed, w, &off);
         printf("          IPOPT %.2f s, %.1f times as long; weights differ by %.1e at most\n",
                seconds, seconds / alone, off);
