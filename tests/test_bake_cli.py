@@ -249,7 +249,7 @@ def check_refuses_another_scenes_clip():
 # ---- info ------------------------------------------------------------------------------------------
 def info_lists_everything():
     done = expect(DONE, wiggly("info", baked("info")))
-    for text in ("%d bytes, format 1.1, 3 channels, 2 layers, 1 filters" % len(read("info.wgl")),
+    for text in ("%d bytes, format 1.2, 3 channels, 2 layers, 1 filters" % len(read("info.wgl")),
                  "clip talk: 1.000 s", "loop", "jaw              cubic x 2", "osc x 2", "held x 2",
                  "event click at 0.500 s", "servo ear: maestro 5, channel ear, 1000..2000 us"):
         assert text in done.stdout, text

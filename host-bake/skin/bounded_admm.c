@@ -21,20 +21,28 @@
 #define ITERATIONS_ALONE 160
 #define ARRIVED          1e-4
 
-/* Handles that sum to one are exact here. A limb beyond the last handle is slow: it goes on to move by
- * ten times what it has moved in CHECK iterations. */
+/* Handles that sum to one are exact here. By the metric R limbs beyond the last handle come to rest, by
+ * a stiffer one what is between neighbours. */
 #define ITERATIONS_COUPLED 2000
 #define CHECK              20
-#define MOVED              4e-6
+#define MOVED              1e-5 /* in CHECK iterations; it goes on to about five times that */
+#define STIFF              30
+#define STIFF_ITERATIONS   30
 #define OPTIMAL            8e-7
 #define STRIPE             4096 /* vertices whose rows one thread projects */
 
+/* R, its root and the factor of Q + R. */
+typedef struct {
+    double *metric, *root;
+    bounded_factor factor;
+} metric;
+
 typedef struct {
     bounded_system *s;
-    bounded_factor factor; /* of Q + R */
-    double *root;          /* sqrt(R) */
-    track *tracks;         /* m */
-    int block;             /* columns that are solved for together */
+    metric soft, stiff; /* stiff: of handles that sum to one */
+    const metric *now;
+    track *tracks; /* m */
+    int block;     /* columns that are solved for together */
     int failed;
 } approach;
 
@@ -46,10 +54,10 @@ static int blocks(approach *a)
 }
 
 /* right = R (2 z - y) - b */
-static void load(const track *t, const double *metric, const double *b, int n)
+static void load(const track *t, const double *r, const double *b, int n)
 {
     for (int i = 0; i < n; i++) {
-        t->x[i] = metric[i] * (2 * t->w[i] - t->y[i]) - b[i];
+        t->x[i] = r[i] * (2 * t->w[i] - t->y[i]) - b[i];
     }
 }
 
@@ -72,11 +80,11 @@ typedef struct {
 static void advance(approach *a, int j, column *c)
 {
     track *t = &a->tracks[j];
-    bounded_track_measure(t, a->root, a->s->n);
+    bounded_track_measure(t, a->now->root, a->s->n);
     c->first = c->first > 0 ? c->first : t->norm;
     c->arrived = t->norm <= ARRIVED * ARRIVED * c->first;
     history_begin(&c->past, t, 1);
-    bounded_track_push(t, a->root, a->s->n, &c->past);
+    bounded_track_push(t, a->now->root, a->s->n, &c->past);
     history_mix(&c->past, t, 1);
     bounded_track_add(t, a->s->n, &c->past);
 }
@@ -92,10 +100,10 @@ static int iterate(approach *a, const int range[2], column *c, double *x, bounde
         clamp(t->y, s->n, t->w);
         if (!c[j - range[0]].arrived) {
             t->x = x + n * (size_t)count++;
-            load(t, s->metric, s->b + n * (size_t)j, s->n);
+            load(t, a->now->metric, s->b + n * (size_t)j, s->n);
         }
     }
-    if (bounded_factor_solve(desk, &a->factor, x, count) < 0) {
+    if (bounded_factor_solve(desk, &a->now->factor, x, count) < 0) {
         a->failed = 1;
         return 0;
     }
@@ -186,13 +194,13 @@ static void run_solve(void *context, int item, bounded_desk *desk)
     const bounded_system *s = a->s;
     int first = item * a->block, last = first + a->block < s->m ? first + a->block : s->m;
     for (int j = first; j < last; j++) {
-        load(&a->tracks[j], s->metric, s->b + (size_t)s->n * (size_t)j, s->n);
+        load(&a->tracks[j], a->now->metric, s->b + (size_t)s->n * (size_t)j, s->n);
     }
-    if (bounded_factor_solve(desk, &a->factor, a->tracks[first].x, last - first) < 0) {
+    if (bounded_factor_solve(desk, &a->now->factor, a->tracks[first].x, last - first) < 0) {
         a->failed = 1;
     }
     for (int j = first; j < last; j++) {
-        bounded_track_measure(&a->tracks[j], a->root, s->n);
+        bounded_track_measure(&a->tracks[j], a->now->root, s->n);
     }
 }
 
@@ -200,7 +208,7 @@ static void run_push(void *context, int item, bounded_desk *desk)
 {
     couple *c = context;
     (void)desk;
-    bounded_track_push(&c->a->tracks[item], c->a->root, c->a->s->n, &c->past);
+    bounded_track_push(&c->a->tracks[item], c->a->now->root, c->a->s->n, &c->past);
 }
 
 static void run_add(void *context, int item, bounded_desk *desk)
@@ -210,24 +218,73 @@ static void run_add(void *context, int item, bounded_desk *desk)
     bounded_track_add(&c->a->tracks[item], c->a->s->n, &c->past);
 }
 
-/* Whether all is optimal and has not moved since the last time. */
-static int settled(const approach *a, const double *w, double *before)
+/* The farthest that a weight has moved since the last time. */
+static double moved(const approach *a, double *before)
 {
     size_t size = (size_t)a->s->n * (size_t)a->s->m;
-    bounded_report *r = bake_alloc((size_t)a->s->m, sizeof *r);
-    double moved = 0, worst = 0;
+    const double *w = a->tracks[0].w;
+    double most = 0;
     for (size_t i = 0; i < size; i++) {
-        moved = fmax(moved, fabs(w[i] - before[i]));
+        most = fmax(most, fabs(w[i] - before[i]));
     }
     memcpy(before, w, size * sizeof *w);
-    if (moved <= MOVED) {
-        bounded_judge(a->s, BOUNDED_COUPLED, w, r);
-    }
+    return most;
+}
+
+static int optimal(const approach *a)
+{
+    bounded_report *r = bake_alloc((size_t)a->s->m, sizeof *r);
+    double worst = 0;
+    bounded_judge(a->s, BOUNDED_COUPLED, a->tracks[0].w, r);
     for (int j = 0; j < a->s->m; j++) {
         worst = fmax(worst, fmax(r[j].stationarity, r[j].dual));
     }
     free(r);
-    return moved <= MOVED && worst <= OPTIMAL;
+    return worst <= OPTIMAL;
+}
+
+/* The other metric; multipliers R (y - z) stay as they are. */
+static void change(approach *a)
+{
+    int stiff = a->now == &a->soft;
+    double part = stiff ? 1.0 / STIFF : STIFF;
+    for (int j = 0; j < a->s->m; j++) {
+        track *t = &a->tracks[j];
+        for (int i = 0; i < a->s->n; i++) {
+            t->y[i] = t->w[i] + part * (t->y[i] - t->w[i]);
+        }
+    }
+    a->now = stiff ? &a->stiff : &a->soft;
+}
+
+/* Until weights hardly move by the soft metric, then some iterations by the stiff one, and again unless
+ * that is optimal. project, solve, push, add: what an iteration consists of. */
+static void alternate(approach *a, couple *c, const bounded_work work[4], double *before)
+{
+    bounded_system *s = a->s;
+    int stripes = (s->n + STRIPE - 1) / STRIPE, parts = blocks(a);
+    for (int i = 0, since = 0; i < ITERATIONS_COUPLED && !a->failed; i++, since++) {
+        int soft = a->now == &a->soft, last = 0;
+        bounded_each(s, stripes, &work[0]);
+        if (soft && since && since % CHECK == 0) {
+            last = moved(a, before) <= MOVED;
+        } else if (!soft && since == STIFF_ITERATIONS) {
+            last = 1;
+            if (optimal(a)) {
+                break;
+            }
+        }
+        if (last) {
+            change(a);
+            history_make(&c->past);
+            since = 0;
+        }
+        bounded_each(s, parts, &work[1]);
+        history_begin(&c->past, a->tracks, s->m);
+        bounded_each(s, s->m, &work[2]);
+        history_mix(&c->past, a->tracks, s->m);
+        bounded_each(s, s->m, &work[3]);
+    }
 }
 
 static int run_coupled(approach *a)
@@ -236,25 +293,13 @@ static int run_coupled(approach *a)
     size_t n = (size_t)s->n, m = (size_t)s->m;
     double *x = bake_alloc(n * m, sizeof *x), *before = bake_alloc(n * m, sizeof *before);
     couple c = {.a = a};
-    const bounded_work project = {run_stripe, &c}, solve = {run_solve, &c}, push = {run_push, &c},
-                       add = {run_add, &c};
-    int stripes = (s->n + STRIPE - 1) / STRIPE, parts = blocks(a);
+    const bounded_work work[4] = {{run_stripe, &c}, {run_solve, &c}, {run_push, &c}, {run_add, &c}};
     history_make(&c.past);
     for (size_t j = 0; j < m; j++) {
         bounded_track_make(&a->tracks[j], n);
         a->tracks[j].x = x + n * j;
     }
-    for (int i = 0; i < ITERATIONS_COUPLED && !a->failed; i++) {
-        bounded_each(s, stripes, &project);
-        if (i % CHECK == CHECK - 1 && settled(a, a->tracks[0].w, before)) {
-            break;
-        }
-        bounded_each(s, parts, &solve);
-        history_begin(&c.past, a->tracks, s->m);
-        bounded_each(s, s->m, &push);
-        history_mix(&c.past, a->tracks, s->m);
-        bounded_each(s, s->m, &add);
-    }
+    alternate(a, &c, work, before);
     for (size_t j = 0; j < m; j++) {
         bounded_track_free(&a->tracks[j]);
     }
@@ -284,21 +329,39 @@ static int start(bounded_system *s, double *y)
     return result;
 }
 
+static int metric_make(bounded_system *s, double scale, metric *out)
+{
+    size_t n = (size_t)s->n;
+    out->metric = bake_alloc(n, sizeof *out->metric);
+    out->root = bake_alloc(n, sizeof *out->root);
+    for (size_t i = 0; i < n; i++) {
+        out->metric[i] = scale * s->metric[i];
+        out->root[i] = sqrt(out->metric[i]);
+    }
+    return bounded_factor_make(s->desk, s, NULL, out->metric, &out->factor);
+}
+
+static void metric_free(bounded_system *s, metric *m)
+{
+    bounded_factor_free(s->desk, &m->factor);
+    free(m->metric);
+    free(m->root);
+}
+
 int bounded_approach(bounded_system *s, int coupled, double *w, bake_error *error)
 {
     size_t n = (size_t)s->n, m = (size_t)s->m;
     double *y = bake_alloc(n * m, sizeof *y);
-    approach a = {.s = s};
+    approach a = {.s = s, .now = &a.soft};
     int result = start(s, y);
     if (result == 0) {
-        result = bounded_factor_make(s->desk, s, NULL, s->metric, &a.factor);
+        result = metric_make(s, 1, &a.soft);
+    }
+    if (result == 0 && coupled) {
+        result = metric_make(s, STIFF, &a.stiff);
     }
     if (result == 0) {
-        a.root = bake_alloc(n, sizeof *a.root);
         a.tracks = bake_alloc(m, sizeof *a.tracks);
-        for (size_t i = 0; i < n; i++) {
-            a.root[i] = sqrt(s->metric[i]);
-        }
         for (size_t j = 0; j < m; j++) {
             clamp(y + n * j, s->n, y + n * j);
             a.tracks[j].y = y + n * j;
@@ -306,8 +369,8 @@ int bounded_approach(bounded_system *s, int coupled, double *w, bake_error *erro
         }
         result = coupled ? run_coupled(&a) : run_alone(&a);
     }
-    bounded_factor_free(s->desk, &a.factor);
-    free(a.root);
+    metric_free(s, &a.soft);
+    metric_free(s, &a.stiff);
     free(a.tracks);
     free(y);
     return result == 0 ? 0 : bounded_no_factor(s, result, error);
